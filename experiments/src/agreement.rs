@@ -1,0 +1,286 @@
+//! Do methods agree? Welch's t-test for every pair of methods, order by order, on blocks of pixels and on the whole image.
+//!
+//! Two families of tests are made in every scene: one on the means of the image, and one on the means of blocks of pixels in
+//! each channel, which find what cancels over the image. In each family the false discovery rate is controlled at
+//! [`DISCOVERY_RATE`] [Benjamini & Hochberg 1995]; where all methods agree, that is the probability of any false alarm.
+//! Light that a method cannot carry is no disagreement: where one of a pair loses some path class of the order, the pair is
+//! marked [`Verdict::Incomparable`] and takes no part.
+
+use crate::path_class::least_order;
+use crate::result::{AgreementRow, MethodResult, Verdict};
+use integrators::{Layer, Measurement};
+use sampling::moments::Moments;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+/// The part of the differences found that may be false.
+pub const DISCOVERY_RATE: f64 = 0.01;
+/// The probability with which a bias of [`AgreementRow::detectable_bias`] is found.
+pub const POWER: f64 = 0.9;
+
+/// Two means compared with their variances [Welch 1947].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Welch {
+    /// Difference of the means, second less first, in standard errors.
+    pub t: f64,
+    /// Degrees of freedom; infinite where there is no variance.
+    pub freedom: f64,
+    /// Two-sided p-value.
+    pub p: f64,
+    /// Standard error of the difference.
+    pub standard_error: f64,
+    /// Whether neither has any variance, so that equality is the only question.
+    pub exact: bool,
+}
+
+/// Mean, variance and number of independent values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Their mean.
+    pub mean: f64,
+    /// Variance of one value.
+    pub variance: f64,
+    /// Their number.
+    pub n: u32,
+}
+
+impl From<&Moments> for Sample {
+    fn from(moments: &Moments) -> Self {
+        Self { mean: moments.mean, variance: moments.variance(), n: moments.n as u32 }
+    }
+}
+
+/// Tests two means for equality. A difference within `rounding` (relative to the larger mean) counts as none: methods carry
+/// transport in `f32`, and where they have no variance that is all that is left.
+pub fn welch(a: Sample, b: Sample, rounding: f64) -> Welch {
+    let (var_a, var_b) = (a.variance / f64::from(a.n), b.variance / f64::from(b.n));
+    let (difference, standard_error) = (b.mean - a.mean, (var_a + var_b).sqrt());
+    let tolerance = rounding * a.mean.abs().max(b.mean.abs());
+    let exact = standard_error <= tolerance;
+    let share = |variance: f64, n: u32| variance * variance / (f64::from(n) - 1.0);
+    let freedom = match standard_error > 0.0 {
+        true => (var_a + var_b).powi(2) / (share(var_a, a.n) + share(var_b, b.n)),
+        false => f64::INFINITY,
+    };
+    if difference.abs() <= tolerance {
+        return Welch { t: 0.0, freedom, p: 1.0, standard_error, exact };
+    }
+    let t = difference / standard_error;
+    Welch { t, freedom, p: two_sided(t, freedom), standard_error, exact }
+}
+
+/// Relative error that rounding in `f32` may leave in light scattered `order` times: a dozen operations at a vertex.
+pub fn rounding(order: usize) -> f64 {
+    12.0 * f64::from(f32::EPSILON) * (order + 1) as f64
+}
+
+/// Two-sided p-value of Student's t.
+fn two_sided(t: f64, freedom: f64) -> f64 {
+    if !t.is_finite() || !freedom.is_finite() {
+        return 0.0;
+    }
+    match StudentsT::new(0.0, 1.0, freedom) {
+        Ok(distribution) => 2.0 * distribution.cdf(-t.abs()),
+        Err(_) => f64::NAN,
+    }
+}
+
+/// The difference that Welch's test at `level` finds with probability [`POWER`]: the level's quantile and the power's, added,
+/// times the standard error.
+fn detectable(test: &Welch, level: f64) -> f64 {
+    if test.standard_error == 0.0 {
+        return 0.0;
+    }
+    let quantile = |q: f64| StudentsT::new(0.0, 1.0, test.freedom).map_or(f64::NAN, |d| d.inverse_cdf(q));
+    (quantile(1.0 - level / 2.0) + quantile(POWER)) * test.standard_error
+}
+
+/// p-values adjusted for their number, so that those at most q are discoveries at the rate q [Benjamini & Hochberg 1995].
+pub fn benjamini_hochberg(p: &[f64]) -> Vec<f64> {
+    let mut rising: Vec<usize> = (0..p.len()).collect();
+    rising.sort_by(|&i, &j| p[i].total_cmp(&p[j]));
+    let mut adjusted = vec![1.0; p.len()];
+    let mut smallest: f64 = 1.0;
+    for (rank, &i) in rising.iter().enumerate().rev() {
+        smallest = smallest.min(p[i] * p.len() as f64 / (rank + 1) as f64);
+        adjusted[i] = smallest;
+    }
+    adjusted
+}
+
+/// Every pair of methods of one scene, in every layer that both have measured.
+pub fn compare(results: &[&MethodResult]) -> Vec<AgreementRow> {
+    let mut comparisons = Vec::new();
+    for (i, a) in results.iter().enumerate() {
+        for b in &results[i + 1..] {
+            comparisons.extend(common_layers(a, b).map(|layer| Comparison::new(a, b, layer)));
+        }
+    }
+    let judged: Vec<usize> = (0..comparisons.len()).filter(|&i| comparisons[i].comparable).collect();
+    let image_p: Vec<f64> = judged.iter().map(|&i| comparisons[i].image.p).collect();
+    let block_p: Vec<f64> = judged.iter().flat_map(|&i| comparisons[i].blocks.iter().map(|test| test.p)).collect();
+    let (image_adjusted, block_adjusted) = (benjamini_hochberg(&image_p), benjamini_hochberg(&block_p));
+
+    let level = DISCOVERY_RATE / judged.len().max(1) as f64;
+    let mut adjusted_blocks = block_adjusted.as_slice();
+    let mut rows: Vec<AgreementRow> = comparisons.iter().map(|c| c.row(level)).collect();
+    for (&i, image_adjusted) in judged.iter().zip(image_adjusted) {
+        let (mine, rest) = adjusted_blocks.split_at(comparisons[i].blocks.len());
+        adjusted_blocks = rest;
+        comparisons[i].judge(&mut rows[i], image_adjusted, mine);
+    }
+    rows
+}
+
+/// The layers that both have measured, with a variance.
+fn common_layers<'a>(a: &'a MethodResult, b: &'a MethodResult) -> impl Iterator<Item = Layer> {
+    let known = a.measurement.replicates >= 2 && b.measurement.replicates >= 2;
+    let layers = a.measurement.layers.iter().copied();
+    layers.filter(move |layer| known && b.measurement.layers.contains(layer))
+}
+
+/// One pair in one layer.
+struct Comparison<'a> {
+    a: &'a MethodResult,
+    b: &'a MethodResult,
+    layer: Layer,
+    comparable: bool,
+    means: (f64, f64),
+    image: Welch,
+    blocks: Vec<Welch>,
+}
+
+impl<'a> Comparison<'a> {
+    fn new(a: &'a MethodResult, b: &'a MethodResult, layer: Layer) -> Self {
+        let order = match layer {
+            Layer::Order(k) => k,
+            Layer::Tail => 2 * a.measurement.max_order + 2,
+        };
+        let rounding = rounding(order);
+        let (image_a, image_b) = (image_moments(&a.measurement, layer), image_moments(&b.measurement, layer));
+        let image = welch(Sample::from(&image_a), Sample::from(&image_b), rounding);
+        let blocks = block_tests(&a.measurement, &b.measurement, layer, rounding);
+        let mut missing = a.missing_light.iter().chain(&b.missing_light);
+        let comparable = match layer {
+            Layer::Order(k) => missing.all(|class| least_order(class) > k),
+            Layer::Tail => missing.next().is_none(),
+        };
+        Self { a, b, layer, comparable, means: (image_a.mean, image_b.mean), image, blocks }
+    }
+
+    /// All but what follows from the other comparisons.
+    fn row(&self, level: f64) -> AgreementRow {
+        let mean = (self.means.0.abs() + self.means.1.abs()) / 2.0;
+        let detectable_bias = if mean > 0.0 { detectable(&self.image, level) / mean } else { f64::INFINITY };
+        AgreementRow {
+            scene: self.a.scene.clone(),
+            a: self.a.label.clone(),
+            b: self.b.label.clone(),
+            order: self.layer,
+            mean_a: self.means.0,
+            mean_b: self.means.1,
+            t: self.image.t,
+            p: self.image.p,
+            blocks: self.blocks.len(),
+            rejected: 0,
+            smallest_adjusted_p: 1.0,
+            detectable_bias,
+            verdict: Verdict::Incomparable,
+        }
+    }
+
+    fn judge(&self, row: &mut AgreementRow, image_adjusted: f64, blocks_adjusted: &[f64]) {
+        row.rejected = blocks_adjusted.iter().filter(|&&p| p <= DISCOVERY_RATE).count();
+        row.smallest_adjusted_p = blocks_adjusted.iter().copied().fold(1.0, f64::min);
+        row.verdict = match () {
+            () if row.rejected > 0 || image_adjusted <= DISCOVERY_RATE => Verdict::Differ,
+            () if self.image.exact && self.blocks.iter().all(|test| test.exact) => Verdict::Equal,
+            () => Verdict::Agree,
+        };
+    }
+}
+
+/// The image mean, mean of channels, of every replicate.
+fn image_moments(measurement: &Measurement, layer: Layer) -> Moments {
+    let Some(at) = index(measurement, layer) else { return Moments::default() };
+    measurement.replicate_means.iter().map(|means| means[at].iter().sum::<f64>() / 3.0).collect()
+}
+
+/// Block by block and channel by channel; none where the images are not divided alike.
+fn block_tests(a: &Measurement, b: &Measurement, layer: Layer, rounding: f64) -> Vec<Welch> {
+    let (Some(at_a), Some(at_b)) = (index(a, layer), index(b, layer)) else { return Vec::new() };
+    let sample = |m: &Measurement, at: usize, block: usize, c: usize| Sample {
+        mean: m.block_mean(at, block)[c],
+        variance: m.block_variance(at, block).unwrap_or([f64::NAN; 3])[c],
+        n: m.replicates,
+    };
+    let blocks = if a.grid == b.grid { a.grid.count() } else { 0 };
+    let places = (0..blocks).flat_map(|block| (0..3).map(move |c| (block, c)));
+    places.map(|(block, c)| welch(sample(a, at_a, block, c), sample(b, at_b, block, c), rounding)).collect()
+}
+
+fn index(measurement: &Measurement, layer: Layer) -> Option<usize> {
+    measurement.layers.iter().position(|&l| l == layer)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sampling::rng::{Stream, mix2};
+
+    fn sample(mean: f64, variance: f64, n: u32) -> Sample {
+        Sample { mean, variance, n }
+    }
+
+    #[test]
+    fn welch_is_that_of_the_textbook() {
+        // scipy.stats.ttest_ind_from_stats(20.6, 9.62**.5, 11, 22.1, 0.58**.5, 11, equal_var=False):
+        // t = −1.5577, Satterthwaite's 11.2 degrees of freedom.
+        let test = welch(sample(20.6, 9.62, 11), sample(22.1, 0.58, 11), 0.0);
+        assert!((test.t - 1.5577).abs() < 1e-4, "{test:?}");
+        assert!((test.freedom - 11.203).abs() < 1e-2, "{test:?}");
+        assert!((test.p - 0.1470).abs() < 1e-3, "{test:?}");
+    }
+
+    #[test]
+    fn where_there_is_no_variance_equality_to_rounding_is_asked_for() {
+        let rounding = rounding(3);
+        let equal = welch(sample(1.0, 0.0, 4), sample(1.0 + 0.5 * rounding, 0.0, 4), rounding);
+        assert!(equal.exact && equal.p == 1.0 && equal.t == 0.0);
+        let different = welch(sample(1.0, 0.0, 4), sample(1.0 + 2.0 * rounding, 0.0, 4), rounding);
+        assert!(different.exact && different.p == 0.0);
+        let black = welch(sample(0.0, 0.0, 4), sample(0.0, 0.0, 4), rounding);
+        assert!(black.exact && black.p == 1.0);
+    }
+
+    #[test]
+    fn adjusted_values_are_those_of_r() {
+        // p.adjust(c(0.01, 0.04, 0.03, 0.005, 0.5), "BH")
+        let adjusted = benjamini_hochberg(&[0.01, 0.04, 0.03, 0.005, 0.5]);
+        for (x, expected) in adjusted.iter().zip([0.025, 0.05, 0.05, 0.025, 0.5]) {
+            assert!((x - expected).abs() < 1e-12, "{adjusted:?}");
+        }
+        assert!(benjamini_hochberg(&[]).is_empty());
+    }
+
+    #[test]
+    fn p_values_are_uniform_where_means_are_equal_and_the_detectable_bias_is_found() {
+        let mut stream = Stream::new(mix2(1, 2), 3);
+        let mut values = |n: usize, mean: f64| -> Moments {
+            let mut normal = || (0..12).map(|_| f64::from(stream.next_f32())).sum::<f64>() - 6.0;
+            (0..n).map(|_| mean + normal()).collect()
+        };
+        const RUNS: usize = 2000;
+        let (mut small, mut found) = (0, 0);
+        for _ in 0..RUNS {
+            let (a, b) = (values(8, 0.0), values(8, 0.0));
+            small += usize::from(welch((&a).into(), (&b).into(), 0.0).p < 0.05);
+            // The true standard error is ½: at 14 degrees of freedom a level of 0.01 asks for 2.98, a power of 0.9 for 1.35 more.
+            let b = values(8, 0.5 * (2.977 + 1.345));
+            found += usize::from(welch((&a).into(), (&b).into(), 0.0).p < 0.01);
+        }
+        // Six standard deviations of a binomial count: false alarms below 10⁻⁸.
+        let near = |count: usize, p: f64| (count as f64 - RUNS as f64 * p).abs() < 6.0 * (RUNS as f64 * p * (1.0 - p)).sqrt();
+        assert!(near(small, 0.05), "{small} of {RUNS} p-values below 0.05");
+        assert!(near(found, 0.88), "{found} of {RUNS} biases found");
+    }
+}

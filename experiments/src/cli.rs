@@ -1,0 +1,292 @@
+//! The command line: what can be typed, and who answers it.
+
+use crate::error::{BAD_INPUT, Error, Status};
+use crate::export::exr::LayerSelection;
+use crate::machine::VERSION;
+use crate::progress::Verbosity;
+use crate::settings::Assignment;
+use crate::stop::Stop;
+use crate::{diff_command, list_command, render_command, run_command, scene_command};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Renders light order by order of the Neumann series, and measures which method does it best.
+///
+/// Without a command: `neumann run comparison`.
+#[derive(Debug, Parser)]
+#[command(name = "neumann", version = VERSION, max_term_width = 120)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// Show no progress.
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+}
+
+/// What can be done.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Run an experiment: methods compared in scenes, with a report.
+    Run(RunArgs),
+    /// Render one scene with one method.
+    Render(RenderArgs),
+    /// Say what a scene holds, what it needs, and what will be skipped.
+    Scene(SceneArgs),
+    /// Say how far one image file is from another, layer by layer.
+    Diff(DiffArgs),
+    /// List what can be named.
+    List(ListArgs),
+}
+
+/// `neumann run`.
+#[derive(Clone, Debug, Default, Args)]
+pub struct RunArgs {
+    /// An experiment's name (see `neumann list experiments`) or a .toml file.
+    pub experiment: String,
+    /// Folder of the results [default: results/EXPERIMENT].
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Seconds for each method in each scene, instead of samples.
+    #[arg(long, value_name = "S", conflicts_with = "spp")]
+    pub seconds: Option<f64>,
+    /// Samples per pixel, over all replicates.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub spp: Option<u32>,
+    /// Independent images that share the samples.
+    #[arg(long, value_name = "R", value_parser = clap::value_parser!(u32).range(1..))]
+    pub replicates: Option<u32>,
+    /// Image size.
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<(u32, u32)>,
+    /// Last order traced one by one.
+    #[arg(long, value_name = "K")]
+    pub max_order: Option<usize>,
+    /// Seed of all random numbers.
+    #[arg(long, value_name = "S")]
+    pub seed: Option<u64>,
+    /// Where random numbers come from (see `neumann list samplers`).
+    #[arg(long, value_name = "NAME")]
+    pub sampler: Option<String>,
+    /// Threads [default: all cores].
+    #[arg(long, value_name = "T", value_parser = parse_threads)]
+    pub threads: Option<usize>,
+    /// Replace results of another configuration in the same folder.
+    #[arg(long)]
+    pub fresh: bool,
+    /// Change a key of the experiment (max_order=4) or a method's setting (bdpt.mis=power).
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<Assignment>,
+    /// Exit with 0 even if non-finite samples occurred.
+    #[arg(long)]
+    pub allow_invalid: bool,
+}
+
+/// `neumann render`.
+#[derive(Clone, Debug, Args)]
+pub struct RenderArgs {
+    /// A built-in scene's name (see `neumann list scenes`) or a file: .toml, .obj.
+    pub scene: String,
+    /// The method (see `neumann list methods`).
+    #[arg(long, short = 'i', value_name = "METHOD", default_value = "path")]
+    pub method: String,
+    /// Samples per pixel, over all replicates [default: 64].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "seconds")]
+    pub spp: Option<u32>,
+    /// Render for about so many seconds instead; a pilot run fixes the number of samples.
+    #[arg(long, value_name = "S")]
+    pub seconds: Option<f64>,
+    /// Last order traced one by one.
+    #[arg(long, value_name = "K", default_value_t = 8)]
+    pub max_order: usize,
+    /// Only these orders, such as 0,2,4-6 [default: all up to --max-order].
+    #[arg(long, value_name = "LIST")]
+    pub orders: Option<String>,
+    /// Estimate all beyond --max-order too.
+    #[arg(long)]
+    pub tail: bool,
+    /// Image size [default: the scene's].
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<(u32, u32)>,
+    /// Seed of all random numbers.
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Independent images that share the samples: two or more give variances.
+    #[arg(long, value_name = "R", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
+    pub replicates: u32,
+    /// Where random numbers come from (see `neumann list samplers`).
+    #[arg(long, value_name = "NAME", default_value = "independent")]
+    pub sampler: String,
+    /// Threads [default: all cores].
+    #[arg(long, value_name = "T", value_parser = parse_threads)]
+    pub threads: Option<usize>,
+    /// Do all work, also what this scene does not need.
+    #[arg(long)]
+    pub no_skip: bool,
+    /// Layers of the image besides the beauty: orders, variance; or beauty for none.
+    #[arg(long, value_name = "LIST", default_value = "orders")]
+    pub layers: LayerSelection,
+    /// Change a setting of the method: mis=power or bdpt.mis=power.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<Assignment>,
+    /// The image file [default: SCENE_METHOD.exr].
+    #[arg(long, short, value_name = "OUT.exr")]
+    pub output: Option<PathBuf>,
+    /// Write means, variances, counters and times as JSON.
+    #[arg(long, value_name = "OUT.json")]
+    pub stats: Option<PathBuf>,
+    /// Exit with 0 even if non-finite samples occurred.
+    #[arg(long)]
+    pub allow_invalid: bool,
+}
+
+/// `neumann scene`.
+#[derive(Clone, Debug, Args)]
+pub struct SceneArgs {
+    /// A built-in scene's name or a file.
+    pub scene: String,
+    /// As JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// Exit with 1 if the importer approximated anything.
+    #[arg(long)]
+    pub strict: bool,
+}
+
+/// `neumann diff`.
+#[derive(Clone, Debug, Args)]
+pub struct DiffArgs {
+    /// The image to judge.
+    pub a: PathBuf,
+    /// The reference.
+    pub b: PathBuf,
+    /// As JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `neumann list`.
+#[derive(Clone, Debug, Args)]
+pub struct ListArgs {
+    /// What to list [default: everything].
+    pub kind: Option<ListKind>,
+}
+
+/// What can be listed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ListKind {
+    /// Ways to estimate the orders.
+    Methods,
+    /// Scattering models.
+    Bsdfs,
+    /// Built-in scenes.
+    Scenes,
+    /// Built-in experiments.
+    Experiments,
+    /// Where random numbers come from.
+    Samplers,
+}
+
+/// Runs the command line of this process.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    match execute(&cli) {
+        Ok(status) => ExitCode::from(status.code()),
+        Err(error) => {
+            report(&error);
+            ExitCode::from(BAD_INPUT)
+        }
+    }
+}
+
+fn execute(cli: &Cli) -> Result<Status, Error> {
+    let verbosity = if cli.quiet { Verbosity::Quiet } else { Verbosity::Normal };
+    let signals = || {
+        Stop::on_signals().map_err(|e| Error::usage(format!("cannot listen to Ctrl-C and SIGTERM: {e}")))
+    };
+    let default = Command::Run(RunArgs { experiment: "comparison".to_owned(), ..RunArgs::default() });
+    match cli.command.as_ref().unwrap_or(&default) {
+        Command::Run(args) => run_command::run(args, verbosity, &signals()?),
+        Command::Render(args) => render_command::render(args, verbosity, &signals()?),
+        Command::Scene(args) => scene_command::scene(args),
+        Command::Diff(args) => diff_command::diff(args),
+        Command::List(args) => list_command::list(args),
+    }
+}
+
+/// Prints an error, and the causes that its message does not tell already.
+fn report(error: &Error) {
+    let mut message = error.to_string();
+    let mut cause = std::error::Error::source(error);
+    while let Some(e) = cause {
+        let text = e.to_string();
+        if !message.contains(&text) {
+            message = format!("{message}: {text}");
+        }
+        cause = e.source();
+    }
+    eprintln!("error: {message}");
+}
+
+/// Prints a command's answer. A reader that went away, such as `head`, is no error.
+///
+/// # Errors
+/// If standard output cannot be written for another reason.
+pub fn print(text: &str) -> Result<(), Error> {
+    let mut out = std::io::stdout().lock();
+    let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    match written {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::usage(format!("cannot write to standard output: {e}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let parts = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    match parts {
+        Some((width, height)) if width > 0 && height > 0 => Ok((width, height)),
+        Some(_) => Err("width and height must be at least 1; write for example 256x256".to_owned()),
+        None => Err("this is no size; write width and height in pixels, for example 256x256".to_owned()),
+    }
+}
+
+/// More threads than any machine has would only fail later, without a reason that a user understands.
+const MAX_THREADS: usize = 4096;
+
+fn parse_threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(threads) if (1..=MAX_THREADS).contains(&threads) => Ok(threads),
+        _ => Err(format!("give a number of threads from 1 to {MAX_THREADS}, or leave --threads out for all cores")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn sizes_are_read() {
+        assert_eq!(parse_size("640x480"), Ok((640, 480)));
+        assert!(parse_size("0x480").unwrap_err().contains("at least 1"));
+        assert!(parse_size("640").unwrap_err().contains("256x256"));
+        assert!(parse_size("-1x4").is_err());
+    }
+
+    #[test]
+    fn defaults_are_those_of_the_contract() {
+        let cli = Cli::parse_from(["neumann", "render", "furnace"]);
+        let Some(Command::Render(args)) = cli.command else { panic!("not a render") };
+        assert_eq!((args.method.as_str(), args.max_order, args.replicates, args.seed), ("path", 8, 4, 0));
+        assert_eq!((args.spp, args.tail, args.layers), (None, false, LayerSelection::default()));
+    }
+}

@@ -1,0 +1,334 @@
+//! Measurements as OpenEXR files, and layered OpenEXR files read back. All that is known of the `exr` crate is here.
+//!
+//! One single-part scanline file of 32-bit floats, ZIP-compressed, linear sRGB primaries. The channels of a layer are named
+//! `layer.R`, `layer.G`, `layer.B` with exactly one dot (Nuke and Blender know no more than that), the beauty's plainly `R`,
+//! `G`, `B`:
+//!
+//! | layer | holds |
+//! |---|---|
+//! | (root) | the sum of all layers traced |
+//! | `order02` | that order of the Neumann series |
+//! | `order02_var` | variance of the mean in `order02`: the replicates' variance divided by their number |
+//! | `tail`, `tail_var` | all beyond the last order |
+//!
+//! Equal measurements give equal bytes, but for the value of `renderTimeSeconds`, which [`without_time`] blanks.
+
+use super::{ExportError, write_atomically};
+use exr::prelude::{
+    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image, Layer,
+    LayerAttributes, LineOrder, ReadChannels, ReadLayers, SmallVec, Text, Vec2, WritableImage, read,
+};
+use exr::meta::attribute::Chromaticities;
+use integrators::Measurement;
+use std::collections::{BTreeMap, HashMap};
+use std::io::Cursor;
+use std::path::Path;
+use std::str::FromStr;
+
+/// Where a measurement comes from: what its file says about it besides the numbers.
+#[derive(Clone, Debug)]
+pub struct ImageMeta {
+    /// The program and its version, such as `neumann 0.1.0`.
+    pub software: String,
+    /// The scene's name.
+    pub scene: String,
+    /// Hash of the scene's content.
+    pub scene_hash: String,
+    /// The method's name.
+    pub method: String,
+    /// The method's settings.
+    pub settings: serde_json::Value,
+    /// The sampler's name.
+    pub sampler: String,
+    /// The seed.
+    pub seed: u64,
+}
+
+/// Which layers a file holds besides the beauty. The words of `--layers`: `orders`, `variance`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LayerSelection {
+    /// The mean of every order, and of the tail.
+    pub orders: bool,
+    /// The variance of those means, where there are two replicates or more.
+    pub variance: bool,
+}
+
+impl LayerSelection {
+    /// The words that name layers.
+    pub const NAMES: [&str; 2] = ["orders", "variance"];
+    /// The beauty alone.
+    pub const BEAUTY: Self = Self { orders: false, variance: false };
+    /// Everything a measurement holds.
+    pub const ALL: Self = Self { orders: true, variance: true };
+}
+
+impl Default for LayerSelection {
+    fn default() -> Self {
+        Self { orders: true, variance: false }
+    }
+}
+
+impl FromStr for LayerSelection {
+    type Err = String;
+
+    /// A list such as `orders,variance`; `beauty` or an empty list for the beauty alone.
+    fn from_str(list: &str) -> Result<Self, String> {
+        let mut selection = Self::BEAUTY;
+        for word in list.split(',').map(str::trim).filter(|w| !w.is_empty()) {
+            match word {
+                "orders" => selection.orders = true,
+                "variance" => selection.variance = true,
+                "beauty" => {}
+                _ => return Err(format!("no layers are called `{word}`; there are {}", Self::NAMES.join(", "))),
+            }
+        }
+        Ok(selection)
+    }
+}
+
+/// Writes a measurement, whole or not at all.
+///
+/// # Errors
+/// If the file can't be encoded or written.
+pub fn write_measurement(
+    path: &Path,
+    measurement: &Measurement,
+    meta: &ImageMeta,
+    selection: LayerSelection,
+) -> Result<(), ExportError> {
+    let bytes =
+        encode(measurement, meta, selection).map_err(|reason| ExportError::Encode { path: path.to_owned(), reason })?;
+    write_atomically(path, &bytes)
+}
+
+fn encode(measurement: &Measurement, meta: &ImageMeta, selection: LayerSelection) -> Result<Vec<u8>, String> {
+    let size = Vec2(measurement.width as usize, measurement.height as usize);
+    let encoding = Encoding {
+        compression: Compression::ZIP16,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let channels = AnyChannels::sort(SmallVec::from_vec(channels_of(measurement, selection)));
+    let layer = Layer::new(size, layer_attributes(measurement, meta), encoding, channels);
+    let mut image = Image::from_layer(layer);
+    image.attributes.chromaticities = Some(Chromaticities {
+        red: Vec2(0.64, 0.33),
+        green: Vec2(0.30, 0.60),
+        blue: Vec2(0.15, 0.06),
+        white: Vec2(0.3127, 0.3290),
+    });
+    let mut bytes = Cursor::new(Vec::new());
+    image.write().to_buffered(&mut bytes).map_err(|e| e.to_string())?;
+    let mut bytes = bytes.into_inner();
+    sort_attributes(&mut bytes).ok_or("the header written is not as expected")?;
+    Ok(bytes)
+}
+
+fn channels_of(measurement: &Measurement, selection: LayerSelection) -> Vec<AnyChannel<FlatSamples>> {
+    let pixels = measurement.pixels();
+    let mut channels = Vec::new();
+    let mut add = |layer: &str, value: &dyn Fn(usize) -> [f64; 3]| {
+        let mut planes: [Vec<f32>; 3] = std::array::from_fn(|_| Vec::with_capacity(pixels));
+        for pixel in 0..pixels {
+            let v = value(pixel);
+            planes.iter_mut().zip(v).for_each(|(plane, x)| plane.push(x as f32));
+        }
+        for (plane, c) in planes.into_iter().zip(["R", "G", "B"]) {
+            let name = if layer.is_empty() { c.to_owned() } else { format!("{layer}.{c}") };
+            channels.push(AnyChannel {
+                name: text(&name),
+                sample_data: FlatSamples::F32(plane),
+                quantize_linearly: false,
+                sampling: Vec2(1, 1),
+            });
+        }
+    };
+    add("", &|p| measurement.total(p));
+    for (i, layer) in measurement.layers.iter().enumerate() {
+        let name = layer.name(measurement.max_order);
+        if selection.orders {
+            add(&name, &|p| measurement.mean(i, p));
+        }
+        if selection.variance && measurement.replicates >= 2 {
+            let of_mean = 1.0 / measurement.replicates as f64;
+            add(&format!("{name}_var"), &|p| measurement.variance(i, p).unwrap_or_default().map(|v| v * of_mean));
+        }
+    }
+    channels
+}
+
+/// Standard attributes where there is one, ours prefixed `neumann:`; no name longer than the 31 bytes that every reader takes.
+/// `samplesPerPixel` is left out where the number exceeds the attribute's 32 bits; `neumann:samples` always has it.
+fn layer_attributes(measurement: &Measurement, meta: &ImageMeta) -> LayerAttributes {
+    let mut other = HashMap::new();
+    let mut add = |name: &str, value: AttributeValue| {
+        debug_assert!(name.len() <= 31, "attribute name too long: {name}");
+        other.insert(text(name), value);
+    };
+    if let Ok(samples) = i32::try_from(measurement.samples()) {
+        add("samplesPerPixel", AttributeValue::I32(samples));
+    }
+    add(TIME_ATTRIBUTE, AttributeValue::F32(measurement.seconds() as f32));
+    let replicates = measurement.replicates.to_string();
+    for (name, value) in [
+        ("neumann:scene", meta.scene.as_str()),
+        ("neumann:scene_hash", &meta.scene_hash),
+        ("neumann:method", &meta.method),
+        ("neumann:settings", &meta.settings.to_string()),
+        ("neumann:sampler", &meta.sampler),
+        ("neumann:seed", &meta.seed.to_string()),
+        ("neumann:samples", &measurement.samples().to_string()),
+        ("neumann:replicates", &replicates),
+        ("neumann:max_order", &measurement.max_order.to_string()),
+    ] {
+        add(name, AttributeValue::Text(text(value)));
+    }
+    LayerAttributes { software_name: Some(text(&meta.software)), other, ..LayerAttributes::default() }
+}
+
+/// OpenEXR's strings are bytes; ours are UTF-8, as its specification recommends.
+fn text(s: &str) -> Text {
+    Text::from_slice_unchecked(s.as_bytes())
+}
+
+const TIME_ATTRIBUTE: &str = "renderTimeSeconds";
+
+/// The same file with `renderTimeSeconds` set to zero, which is all that may differ between two files of the same measurement.
+pub fn without_time(exr: &[u8]) -> Vec<u8> {
+    let mut bytes = exr.to_vec();
+    let key = [TIME_ATTRIBUTE.as_bytes(), b"\0float\0\x04\0\0\0"].concat();
+    if let Some(at) = bytes.windows(key.len()).position(|w| w == key) {
+        bytes[at + key.len()..][..4].fill(0);
+    }
+    bytes
+}
+
+/// Sorts the header's attributes by name, as the reference implementation writes them; the `exr` crate leaves them in the
+/// order of a hash map, which is another in every process. `None` if this isn't the header of a single-part file.
+///
+/// A header is magic number and version (8 bytes), then for each attribute name, NUL, type, NUL, length (`i32`), value; then NUL.
+fn sort_attributes(file: &mut [u8]) -> Option<()> {
+    let start = 8;
+    let mut end = start;
+    let mut attributes = Vec::new();
+    while *file.get(end)? != 0 {
+        let name = string_length(&file[end..])?;
+        let kind = string_length(&file[end + name + 1..])?;
+        let value = end + name + kind + 2;
+        let length = i32::from_le_bytes(file.get(value..value + 4)?.try_into().ok()?);
+        let next = value + 4 + usize::try_from(length).ok()?;
+        attributes.push((file[end..end + name].to_vec(), file.get(end..next)?.to_vec()));
+        end = next;
+    }
+    attributes.sort();
+    let sorted: Vec<u8> = attributes.into_iter().flat_map(|(_, bytes)| bytes).collect();
+    file[start..end].copy_from_slice(&sorted);
+    Some(())
+}
+
+fn string_length(bytes: &[u8]) -> Option<usize> {
+    bytes.iter().position(|&b| b == 0)
+}
+
+/// One layer of an image file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageLayer {
+    /// The layer's name; empty for the beauty.
+    pub name: String,
+    /// Linear red, green, blue, row by row from the top. A layer with a single channel `Y` has it in all three.
+    pub pixels: Vec<[f32; 3]>,
+}
+
+/// An image file, read back.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayeredImage {
+    /// Pixels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// The layers, the beauty first, then by name.
+    pub layers: Vec<ImageLayer>,
+    /// Channels that belong to no layer of three colours or one luminance, such as `A` or `Z`.
+    pub other_channels: Vec<String>,
+    /// The attributes that are text or a number, as text.
+    pub attributes: BTreeMap<String, String>,
+}
+
+impl LayeredImage {
+    /// The layer of this name; the empty name is the beauty.
+    pub fn layer(&self, name: &str) -> Option<&ImageLayer> {
+        self.layers.iter().find(|l| l.name == name)
+    }
+}
+
+/// Reads all layers of an OpenEXR file, ours or another program's (16 or 32 bits, scanlines or tiles). The parts of a
+/// multi-part file count as layers under their names.
+///
+/// # Errors
+/// If there is no such file, it is no OpenEXR file, or its parts differ in size.
+pub fn read_layers(path: &Path) -> Result<LayeredImage, ExportError> {
+    let format = |reason: String| ExportError::Format { path: path.to_owned(), reason };
+    let bytes = std::fs::read(path).map_err(|source| ExportError::Read { path: path.to_owned(), source })?;
+    let reader = read().no_deep_data().largest_resolution_level().all_channels().all_layers().all_attributes();
+    let image = reader.from_buffered(Cursor::new(bytes)).map_err(|e| format(format!("no readable OpenEXR image: {e}")))?;
+
+    let Vec2(width, height) = image.layer_data.first().map(|l| l.size).unwrap_or_default();
+    let mut channels = BTreeMap::new();
+    let mut attributes = BTreeMap::new();
+    for part in &image.layer_data {
+        if part.size != Vec2(width, height) {
+            return Err(format("its parts differ in size".to_owned()));
+        }
+        let part_name = part.attributes.layer_name.as_ref().map(Text::to_string).unwrap_or_default();
+        for channel in &part.channel_data.list {
+            let samples: Vec<f32> = channel.sample_data.values_as_f32().collect();
+            if samples.len() != width * height {
+                return Err(format(format!("its channel {} is subsampled", channel.name)));
+            }
+            channels.insert(channel_name(&part_name, &channel.name.to_string()), samples);
+        }
+        attributes.extend(part.attributes.other.iter().filter_map(described));
+        attributes.extend(part.attributes.software_name.iter().map(|s| ("software".to_owned(), s.to_string())));
+    }
+    attributes.extend(image.attributes.other.iter().filter_map(described));
+    let (layers, other_channels) = layers_of(channels);
+    Ok(LayeredImage { width, height, layers, other_channels, attributes })
+}
+
+/// A part's name counts only where its channels don't repeat it.
+fn channel_name(part: &str, channel: &str) -> String {
+    if part.is_empty() || channel.starts_with(&format!("{part}.")) {
+        return channel.to_owned();
+    }
+    format!("{part}.{channel}")
+}
+
+fn described((name, value): (&Text, &AttributeValue)) -> Option<(String, String)> {
+    let value = match value {
+        AttributeValue::Text(t) => String::from_utf8_lossy(t.as_slice()).into_owned(),
+        AttributeValue::I32(i) => i.to_string(),
+        AttributeValue::F32(f) => f.to_string(),
+        AttributeValue::F64(f) => f.to_string(),
+        _ => return None,
+    };
+    Some((name.to_string(), value))
+}
+
+/// Groups channels by what stands before their last dot.
+fn layers_of(mut channels: BTreeMap<String, Vec<f32>>) -> (Vec<ImageLayer>, Vec<String>) {
+    let prefixes: std::collections::BTreeSet<String> =
+        channels.keys().map(|name| name.rfind('.').map_or(String::new(), |dot| name[..=dot].to_owned())).collect();
+    let mut layers = Vec::new();
+    for prefix in prefixes {
+        let name = prefix.trim_end_matches('.').to_owned();
+        let key = |c: &str| format!("{prefix}{c}");
+        if ["R", "G", "B"].iter().all(|c| channels.contains_key(&key(c))) {
+            let [r, g, b] = ["R", "G", "B"].map(|c| channels.remove(&key(c)).unwrap_or_default());
+            let pixels = r.into_iter().zip(g).zip(b).map(|((r, g), b)| [r, g, b]).collect();
+            layers.push(ImageLayer { name, pixels });
+        } else if let Some(y) = channels.remove(&key("Y")) {
+            layers.push(ImageLayer { name, pixels: y.into_iter().map(|y| [y; 3]).collect() });
+        }
+    }
+    (layers, channels.into_keys().collect())
+}

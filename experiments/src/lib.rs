@@ -1,0 +1,41 @@
+//! The program: settings, runs, statistics, exports, plots and reports. It computes no radiance itself.
+//!
+//! In reading order:
+//!
+//! - [`cli`]: the command line; [`error`]: what can go wrong, and how the program ends; [`settings`]: `--set key=value`;
+//! - one file a command: [`run_command`], [`render_command`], [`scene_command`], [`diff_command`], [`list_command`];
+//! - [`config`]: experiment files; [`plan`]: an experiment made ready and checked; [`runner`]: methods interleaved, replicate
+//!   by replicate; [`budget`]: samples, seconds, threads; [`result`]: what an experiment leaves behind;
+//! - [`convergence`]: variance against samples and its slope; [`agreement`]: do two methods have the same mean?
+//!   [`path_class`]: the light that a method cannot carry;
+//!   [`metrics`]: how far one image is from another;
+//! - [`record`]: `records.csv` and `manifest.json`; [`statistics_file`]: `--stats`; [`export`]: images; [`plot`], [`report`]:
+//!   what people look at; [`output`]: where all of that goes, whole or not at all;
+//! - [`machine`], [`progress`], [`stop`]: memory and clock, the bar, Ctrl-C.
+
+pub mod agreement;
+pub mod budget;
+pub mod cli;
+pub mod config;
+pub mod convergence;
+pub mod diff_command;
+pub mod error;
+pub mod export;
+pub mod list_command;
+pub mod machine;
+pub mod metrics;
+pub mod output;
+pub mod path_class;
+pub mod plan;
+pub mod plot;
+pub mod progress;
+pub mod record;
+pub mod render_command;
+pub mod report;
+pub mod result;
+pub mod run_command;
+pub mod runner;
+pub mod scene_command;
+pub mod settings;
+pub mod statistics_file;
+pub mod stop;

@@ -1,0 +1,56 @@
+//! `neumann list`: what can be named, read from the lists themselves.
+
+use crate::cli::{ListArgs, ListKind, print};
+use crate::config::Source;
+use crate::error::{Error, Status};
+use integrators::Methods;
+use sampling::bsdf::Bsdf;
+use sampling::sampler::SamplerKind;
+
+/// Lists one kind, or all kinds under headings.
+///
+/// # Errors
+/// If standard output cannot be written.
+pub fn list(args: &ListArgs) -> Result<Status, Error> {
+    let kinds = [
+        ("methods", ListKind::Methods),
+        ("bsdfs", ListKind::Bsdfs),
+        ("scenes", ListKind::Scenes),
+        ("experiments", ListKind::Experiments),
+        ("samplers", ListKind::Samplers),
+    ];
+    let text = match args.kind {
+        Some(kind) => lines(kind).concat(),
+        None => {
+            let section = |(title, kind)| format!("{title}\n{}\n", indented(&lines(kind)));
+            kinds.map(section).concat()
+        }
+    };
+    print(&text)?;
+    Ok(Status::Done)
+}
+
+fn indented(lines: &[String]) -> String {
+    lines.iter().map(|line| format!("  {line}")).collect()
+}
+
+/// One line a name: the name first, so that scripts may cut it off.
+fn lines(kind: ListKind) -> Vec<String> {
+    let plain = |names: &[&str]| names.iter().map(|name| format!("{name}\n")).collect();
+    match kind {
+        ListKind::Methods => {
+            let line = |entry: &integrators::method::MethodEntry| {
+                format!("{:<12} {}; settings {}\n", entry.name, entry.summary, entry.defaults)
+            };
+            Methods::standard().entries().iter().map(line).collect()
+        }
+        ListKind::Bsdfs => plain(Bsdf::NAMES),
+        ListKind::Scenes => plain(scenes::builtin_names()),
+        ListKind::Samplers => SamplerKind::ALL.iter().map(|sampler| format!("{sampler}\n")).collect(),
+        ListKind::Experiments => {
+            let title = |name: &str| Source::open(name).and_then(|s| s.parse()).map(|e| e.title).unwrap_or_default();
+            let names = crate::config::LIBRARY.iter().map(|(name, _)| *name);
+            names.map(|name| format!("{name:<12} {}\n", title(name))).collect()
+        }
+    }
+}

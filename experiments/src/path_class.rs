@@ -1,0 +1,33 @@
+//! Path expressions such as `L.*SE`, as methods name the light that they cannot carry: a light, scatterings, an eye.
+
+/// The lowest order that a path of this class can have: the scatterings that the expression asks for at least. Whatever
+/// follows the expression is left alone; 0 for what is no expression, which might be anything.
+pub fn least_order(class: &str) -> usize {
+    let Some(body) = class.strip_prefix('L') else { return 0 };
+    let mut symbols = body.chars().peekable();
+    let mut least = 0;
+    loop {
+        match symbols.next() {
+            Some('E') => return least,
+            Some('(') => if symbols.by_ref().all(|c| c != ')') { return 0 },
+            Some('D' | 'S' | '.') => {}
+            _ => return 0,
+        }
+        let optional = symbols.next_if_eq(&'*').is_some();
+        symbols.next_if_eq(&'+');
+        least += usize::from(!optional);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scatterings_that_must_be_are_counted() {
+        let cases = [("LE", 0), ("LSE", 1), ("L.*SE: mirrors", 1), ("LS.*E from points", 1), ("L(D|S)(D|S)+E: deep", 2)];
+        for (class, least) in cases.into_iter().chain([("LD+S*DE", 2), ("paths of some kind", 0), ("L(D|S", 0), ("LX", 0)]) {
+            assert_eq!(least_order(class), least, "{class}");
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! An experiment made ready: scenes loaded, methods built, and everything checked before any ray is traced.
+
+use crate::budget::{Budget, file_name};
+use crate::config::{Experiment, MethodEntry, Source};
+use crate::error::Error;
+use crate::machine::require_memory;
+use crate::settings::{differences, table_to_json};
+use integrators::{Integrator, Methods, Orders, Render, RenderSettings};
+use scenes::{LoadOptions, Scene, Skip};
+
+/// What will be run.
+pub struct Plan {
+    /// The experiment's name.
+    pub name: String,
+    /// What was asked, changes by flags included.
+    pub experiment: Experiment,
+    /// The scenes.
+    pub scenes: Vec<PlannedScene>,
+    /// The methods.
+    pub methods: Vec<PlannedMethod>,
+    /// Samples or seconds of each method in each scene.
+    pub budget: Budget,
+}
+
+/// A scene of the plan.
+pub struct PlannedScene {
+    /// Its name in the results, unlike the others'.
+    pub name: String,
+    /// What was loaded.
+    pub source: String,
+    /// The scene.
+    pub scene: Scene,
+}
+
+/// A method of the plan.
+pub struct PlannedMethod {
+    /// Its name in the results, unlike the others'.
+    pub label: String,
+    /// The settings that differ from the defaults.
+    pub setting: String,
+    /// The method.
+    pub method: Box<dyn Integrator>,
+}
+
+impl Plan {
+    /// Checks an experiment and loads all it needs. `source` is blamed for faults that it holds.
+    ///
+    /// # Errors
+    /// The first fault, with its place and mend.
+    pub fn new(source: &Source, experiment: Experiment) -> Result<Self, Error> {
+        experiment.check().map_err(|(key, message)| source.blame(key, message))?;
+        let budget = match (experiment.spp, experiment.seconds) {
+            (Some(spp), _) => Budget::samples(spp, experiment.replicates),
+            (None, seconds) => Budget::seconds(seconds.unwrap_or_default(), experiment.replicates),
+        };
+        let budget = budget.map_err(|message| source.blame("spp", message))?;
+        let methods = planned_methods(source, &experiment.methods)?;
+        let scenes = planned_scenes(source, &experiment)?;
+        let plan = Self { name: source.name.clone(), experiment, scenes, methods, budget };
+        plan.check_support()?;
+        plan.check_memory()?;
+        Ok(plan)
+    }
+
+    /// The settings of a method's renders: the orders that it carries, for the tail only if it carries the last one.
+    pub fn render_settings(&self, method: &dyn Integrator) -> RenderSettings {
+        let max_order = self.experiment.max_order;
+        let carried = method.orders(max_order);
+        let list = format!("{}-{}", carried.start(), carried.end());
+        let orders = Orders::parse(&list, max_order).unwrap_or_else(|_| Orders::up_to(max_order));
+        let tail = self.experiment.tail && *carried.end() == max_order;
+        crate::render_command::render_settings(method, orders, tail, self.experiment.seed, self.experiment.sampler)
+    }
+
+    fn check_support(&self) -> Result<(), Error> {
+        for (scene, method) in self.scenes.iter().flat_map(|s| self.methods.iter().map(move |m| (s, m))) {
+            if let Some(reason) = method.method.unsupported(&scene.scene.needs) {
+                return Err(Error::usage(format!("{} cannot render {}: {reason}", method.label, scene.name)));
+            }
+        }
+        Ok(())
+    }
+
+    /// Films of all methods of the largest scene are held at once, and the results of all.
+    fn check_memory(&self) -> Result<(), Error> {
+        let layers = self.experiment.max_order as u64 + 2;
+        let mut largest: u128 = 0;
+        let mut kept: u128 = 0;
+        for scene in &self.scenes {
+            let pixels = u64::from(scene.scene.camera.width()) * u64::from(scene.scene.camera.height());
+            largest = largest.max(u128::from(Render::bytes(pixels, layers)));
+            kept += u128::from(pixels) * u128::from(layers) * 48;
+        }
+        require_memory((largest + kept) * self.methods.len() as u128, "this experiment")
+    }
+}
+
+fn planned_methods(source: &Source, entries: &[MethodEntry]) -> Result<Vec<PlannedMethod>, Error> {
+    let registry = Methods::standard();
+    let mut planned: Vec<PlannedMethod> = Vec::new();
+    for entry in entries {
+        let built = registry.build(&entry.name, &table_to_json(&entry.settings));
+        let method = built.map_err(|e| source.blame("name", e.to_string()))?;
+        let defaults = registry.entries().iter().find(|e| e.name == entry.name).map(|e| &e.defaults);
+        let setting = defaults.map_or(String::new(), |defaults| differences(&method.settings(), defaults));
+        if let Some(twin) = planned.iter().find(|p| p.method.name() == entry.name && p.setting == setting) {
+            let message = format!("{} is listed twice with the same settings; leave one out", twin.label);
+            return Err(source.blame("name", message));
+        }
+        let alone = entries.iter().filter(|other| other.name == entry.name).count() == 1;
+        let label = match (&entry.label, alone || setting.is_empty()) {
+            (Some(label), _) => file_name(label),
+            (None, true) => entry.name.clone(),
+            (None, false) => file_name(&format!("{} {setting}", entry.name)),
+        };
+        if planned.iter().any(|p| p.label == label) {
+            return Err(source.blame("label", format!("two methods are labelled {label}; give them different labels")));
+        }
+        planned.push(PlannedMethod { label, setting, method });
+    }
+    Ok(planned)
+}
+
+fn planned_scenes(source: &Source, experiment: &Experiment) -> Result<Vec<PlannedScene>, Error> {
+    let mut planned: Vec<PlannedScene> = Vec::new();
+    for name in &experiment.scenes {
+        let size = experiment.size.map(|[width, height]| (width, height));
+        let path = source.scene(name);
+        let scene = scenes::load(&path, &LoadOptions { size, skip: Skip::Unneeded })?;
+        let name = file_name(&scene.name);
+        if planned.iter().any(|p| p.name == name) {
+            return Err(source.blame("scenes", format!("two scenes are called {name}; leave one out or rename it")));
+        }
+        planned.push(PlannedScene { name, source: path, scene });
+    }
+    Ok(planned)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::{Assignment, change_experiment};
+
+    fn plan(changes: &[&str]) -> Result<Plan, Error> {
+        let source = Source::open("comparison")?;
+        let changes: Vec<Assignment> = changes.iter().map(|text| text.parse().unwrap()).collect();
+        Plan::new(&source, change_experiment(source.parse()?, &changes)?)
+    }
+
+    fn message(changes: &[&str]) -> String {
+        plan(changes).err().unwrap().to_string()
+    }
+
+    #[test]
+    fn every_embedded_experiment_can_be_run() {
+        for (name, _) in crate::config::LIBRARY {
+            let source = Source::open(name).unwrap();
+            let plan = Plan::new(&source, source.parse().unwrap()).unwrap();
+            assert_eq!(plan.methods.len(), plan.experiment.methods.len(), "{name}");
+        }
+    }
+
+    #[test]
+    fn the_same_method_twice_is_told_apart_by_its_settings() {
+        let methods = |second: &str| format!("methods=[{{name=\"bdpt\"}}, {{name=\"bdpt\"{second}}}]");
+        let planned = plan(&[&methods(", settings={mis=\"balance\"}")]).unwrap().methods;
+        assert_eq!(planned.iter().map(|m| m.label.as_str()).collect::<Vec<_>>(), ["bdpt", "bdpt_mis_balance"]);
+        assert!(message(&[&methods("")]).contains("twice"));
+    }
+
+    #[test]
+    fn a_method_is_asked_only_for_orders_that_it_carries() {
+        let plan = plan(&["tail=true"]).unwrap();
+        let settings = |i: usize| plan.render_settings(&*plan.methods[i].method);
+        assert_eq!((settings(0).orders.iter().count(), settings(0).tail), (2, false));
+        assert_eq!((settings(1).orders.iter().count(), settings(1).tail), (9, true));
+    }
+
+    #[test]
+    fn impossible_plans_are_refused_with_a_mend() {
+        assert!(message(&["spp=100"]).contains("96 or 104 samples"));
+        assert!(message(&["bdpt.miss=\"power\""]).contains("did you mean `mis`"));
+        assert!(message(&["max_ordr=3"]).contains("did you mean `max_order`"));
+        assert!(message(&["scenes=[\"cornel\"]"]).contains("did you mean `cornell_box`"));
+        assert!(message(&["size=[100000, 100000]", "max_order=1000"]).contains("--size"));
+        assert!(message(&["sampler=\"stratifed\""]).contains("did you mean `stratified`"));
+    }
+}

@@ -1,0 +1,98 @@
+//! Plots as SVG: variance, efficiency and convergence on logarithmic axes, with intervals and direct labels.
+//!
+//! [`scale`] places ticks, [`chart`] draws any chart, and this file says which charts an experiment has.
+//!
+//! The drawing is our own: these few kinds of chart need a `viewBox`, text in the page's own colour so that light and dark
+//! both work, series broken where a value can't stand on a logarithmic axis, and labels beside the lines. A plotting crate
+//! would have to be corrected in each of these, and the leanest one takes longer to build than the rest of this program.
+
+pub mod chart;
+pub mod scale;
+
+use crate::export::notation::symbol;
+use crate::report::numbers::{Numbers, Row};
+use crate::result::{Checkpoint, MethodResult, SlopeRow};
+use chart::{Chart, Horizontal, Point, Series};
+use integrators::Layer;
+
+/// A chart and the name of its file, without ending.
+pub struct Figure {
+    /// Such as `cornell_box_variance`.
+    pub file: String,
+    /// What is drawn.
+    pub chart: Chart,
+}
+
+/// The charts of one scene, order by order: variance of one sample, and efficiency.
+pub fn by_order(scene: &str, methods: &[&MethodResult], numbers: &Numbers) -> Vec<Figure> {
+    let joined = numbers.columns.iter().filter(|c| matches!(c, Some(Layer::Order(_)))).count();
+    let chart = |name: &str, title: &str, vertical: &str, value: fn(&Row) -> Option<f64>| {
+        let series = methods.iter().zip(&numbers.rows).enumerate().map(|(colour, (method, rows))| {
+            let point = |(x, row): (usize, &Option<Row>)| {
+                let y = row.as_ref().and_then(value).unwrap_or(0.0);
+                Point { x: x as f64, y, interval: None }
+            };
+            Series { label: method.label.clone(), colour, points: rows.iter().enumerate().map(point).collect(), fit: None }
+        });
+        Figure {
+            file: format!("{scene}_{name}"),
+            chart: Chart {
+                title: title.to_owned(),
+                horizontal: Horizontal::Terms { names: numbers.columns.iter().map(|&c| symbol(c)).collect(), joined },
+                vertical: vertical.to_owned(),
+                series: series.collect(),
+            },
+        }
+    };
+    vec![
+        chart("variance", "Variance by order", "variance of one sample, image mean", |row| row.variance.filter(|_| !row.exact)),
+        chart("efficiency", "Efficiency by order", "1 / (variance of a replicate × its seconds) [1/s]", |row| row.efficiency),
+    ]
+}
+
+/// The charts of one scene's convergence: one an order and one of the sum, a line for each method.
+pub fn convergence(scene: &str, methods: &[&MethodResult], slopes: &[SlopeRow], numbers: &Numbers) -> Vec<Figure> {
+    let measured = |column| methods.iter().any(|m| checkpoints(m, column).next().is_some());
+    let columns = numbers.columns.iter().copied().filter(|&c| measured(c));
+    columns
+        .map(|column| {
+            let series = methods.iter().enumerate().map(|(colour, method)| {
+                let fit = slopes.iter().find(|s| s.scene == method.scene && s.label == method.label && s.order == column);
+                Series {
+                    label: fit.map_or_else(|| method.label.clone(), |fit| format!("{} {}", method.label, slope(fit))),
+                    colour,
+                    points: checkpoints(method, column)
+                        .map(|c| Point { x: c.samples as f64, y: c.variance, interval: Some(c.ci) })
+                        .collect(),
+                    fit: fit.map(|fit| (fit.slope, fit.intercept)),
+                }
+            });
+            let name = column.map_or("sum".to_owned(), |layer| layer.name(99));
+            Figure {
+                file: format!("{scene}_convergence_{name}"),
+                chart: Chart {
+                    title: format!("Convergence of {}", symbol(column)),
+                    horizontal: Horizontal::Log("samples per pixel of a replicate".to_owned()),
+                    vertical: "variance of a replicate, with 95 % interval and fitted slope".to_owned(),
+                    series: series.filter(|s| !s.points.is_empty()).collect(),
+                },
+            }
+        })
+        .collect()
+}
+
+fn checkpoints(method: &MethodResult, column: Option<Layer>) -> impl Iterator<Item = &Checkpoint> {
+    method.convergence.iter().filter(move |c| c.order == column)
+}
+
+/// `−1.00 ± 0.03`, the half width being that of the interval.
+fn slope(row: &SlopeRow) -> String {
+    let half = (row.ci.1 - row.ci.0) / 2.0;
+    let interval = if half.is_finite() { format!(" ± {half:.2}") } else { String::new() };
+    format!("{}{interval}", two_digits(row.slope))
+}
+
+/// Two digits after the point, with a proper minus sign.
+pub fn two_digits(x: f64) -> String {
+    if x.is_finite() { format!("{x:.2}").replace('-', "−") } else { "—".to_owned() }
+}

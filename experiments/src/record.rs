@@ -1,0 +1,332 @@
+//! `records.csv`, one row a measurement, and `manifest.json`, which says where they come from.
+//!
+//! The columns of the records: `experiment`, `scene`; `method`, the label, and `setting`, what differs from the method's
+//! defaults; `sampler`; `order`, a number, `tail` or `total` (empty where it makes no sense); `spp`, samples per pixel over all
+//! `replicates`; `seconds`, wall time of those samples; `quantity`; `channel`, one of `r`, `g`, `b`, or `all` for their mean;
+//! `value`; and `ci_low`, `ci_high`, the ends of a 95 % interval where one is known.
+//!
+//! | quantity | value |
+//! |---|---|
+//! | `mean` | image mean [W/(m²·sr)] |
+//! | `variance` | image mean of the variance of one sample: that of a replicate times its samples |
+//! | `covariance:J` | image mean of the covariance of one sample between this row's order and order J ≥ it |
+//! | `efficiency` | 1 / (variance of a replicate · its seconds) |
+//! | `checkpoint_variance` | image mean of the variance of a replicate of spp / replicates samples |
+//! | `slope` | of log `checkpoint_variance` against log samples |
+//! | `rays_closest`, `rays_shadow`, `camera_paths`, `light_paths`, `connections`, `bsdf_samples`, `invalid` | counts |
+//! | `seconds` | wall time of transport [s] |
+//! | `agreement_t`, `agreement_p`, `agreement_rejected`, `agreement_detectable_bias` | two methods compared, `A vs B` |
+
+use crate::error::Error;
+use crate::export::write_atomically;
+use crate::machine::{VERSION, machine, timestamp};
+use crate::output::Folder;
+use crate::plan::Plan;
+use crate::result::{ExperimentResult, Manifest, MethodRecord, MethodResult, SceneRecord};
+use integrators::Layer;
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use std::path::Path;
+use std::time::SystemTime;
+
+/// The manifest's file.
+pub const MANIFEST: &str = "manifest.json";
+
+/// The manifest with the files that belong to it.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct StoredManifest {
+    /// Where the results come from.
+    #[serde(flatten)]
+    pub manifest: Manifest,
+    /// Every file of the results, relative to the manifest's folder.
+    pub files: Vec<String>,
+}
+
+/// The manifest of a run that ends now.
+pub fn manifest(plan: &Plan, threads: usize, started: SystemTime, complete: bool) -> Manifest {
+    let ended = SystemTime::now();
+    let scene = |s: &crate::plan::PlannedScene| SceneRecord {
+        name: s.name.clone(),
+        source: s.source.clone(),
+        hash: s.scene.hash.to_string(),
+        skipped: s.scene.needs.skipped().into_iter().map(str::to_owned).collect(),
+        notes: s.scene.notes.clone(),
+    };
+    let method = |m: &crate::plan::PlannedMethod| MethodRecord {
+        label: m.label.clone(),
+        method: m.method.name().to_owned(),
+        settings: m.method.settings(),
+    };
+    let scenes: Vec<SceneRecord> = plan.scenes.iter().map(scene).collect();
+    let methods: Vec<MethodRecord> = plan.methods.iter().map(method).collect();
+    Manifest {
+        neumann: VERSION.to_owned(),
+        command_line: std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect(),
+        key: key(plan, &scenes, &methods),
+        experiment: plan.experiment.clone(),
+        scenes,
+        methods,
+        machine: machine(threads),
+        started: timestamp(started),
+        ended: timestamp(ended),
+        seconds: ended.duration_since(started).map_or(0.0, |d| d.as_secs_f64()),
+        complete,
+    }
+}
+
+/// Hash of all that the numbers follow from.
+fn key(plan: &Plan, scenes: &[SceneRecord], methods: &[MethodRecord]) -> String {
+    let hashes: Vec<&str> = scenes.iter().map(|s| s.hash.as_str()).collect();
+    let text = serde_json::to_string(&(VERSION, &plan.experiment, hashes, methods)).unwrap_or_default();
+    blake3::hash(text.as_bytes()).to_hex().to_string()
+}
+
+/// The manifest of a folder of results, if it holds one.
+pub fn read_manifest(folder: &Path) -> Option<StoredManifest> {
+    serde_json::from_slice(&std::fs::read(folder.join(MANIFEST)).ok()?).ok()
+}
+
+/// Writes the manifest of all files written so far, and of itself.
+///
+/// # Errors
+/// If it cannot be written.
+pub fn write_manifest(folder: &Folder, manifest: &Manifest) -> Result<(), Error> {
+    let mut files = folder.files()?;
+    files.push(MANIFEST.to_owned());
+    files.sort();
+    let stored = StoredManifest { manifest: manifest.clone(), files };
+    let text = serde_json::to_string_pretty(&stored).unwrap_or_default() + "\n";
+    Ok(write_atomically(&folder.staging().join(MANIFEST), text.as_bytes())?)
+}
+
+/// How the question that earlier results answer differs from the plan's; `None` if it is the same.
+pub fn difference(former: &Manifest, plan: &Plan) -> Option<String> {
+    let tables = (toml::Table::try_from(&former.experiment), toml::Table::try_from(&plan.experiment));
+    let (Ok(old), Ok(new)) = tables else { return Some("it cannot be compared".to_owned()) };
+    let keys = crate::config::Experiment::KEYS.into_iter().filter(|key| !["title", "description"].contains(key));
+    for key in keys {
+        if old.get(key) != new.get(key) {
+            let show = |value: Option<&toml::Value>| value.map_or("none".to_owned(), ToString::to_string);
+            let (old, new) = (show(old.get(key)), show(new.get(key)));
+            let short = old.len() + new.len() < 80;
+            return Some(if short { format!("{key} was {old}, now {new}") } else { format!("{key} changed") });
+        }
+    }
+    let edited = plan.scenes.iter().find(|s| {
+        former.scenes.iter().all(|old| old.name != s.name || old.hash != s.scene.hash.to_string())
+    })?;
+    Some(format!("scene {} was edited", edited.name))
+}
+
+/// A row of the records.
+#[derive(Clone, Debug, Serialize)]
+struct Record<'a> {
+    experiment: &'a str,
+    scene: &'a str,
+    method: &'a str,
+    setting: &'a str,
+    sampler: &'a str,
+    order: String,
+    spp: u64,
+    replicates: u32,
+    seconds: f64,
+    quantity: &'a str,
+    channel: &'a str,
+    value: f64,
+    ci_low: Option<f64>,
+    ci_high: Option<f64>,
+}
+
+/// Writes all records.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_records(path: &Path, result: &ExperimentResult) -> Result<(), Error> {
+    let sampler = result.experiment.sampler.to_string();
+    let mut table = Table { writer: csv::Writer::from_writer(Vec::new()), failure: None };
+    for method in &result.methods {
+        let blank = Record {
+            experiment: &result.name,
+            scene: &method.scene,
+            method: &method.label,
+            setting: &method.setting,
+            sampler: &sampler,
+            order: String::new(),
+            spp: method.measurement.samples(),
+            replicates: method.measurement.replicates,
+            seconds: method.measurement.seconds(),
+            quantity: "",
+            channel: "all",
+            value: 0.0,
+            ci_low: None,
+            ci_high: None,
+        };
+        table.add_moments(&blank, method);
+        table.add_covariances(&blank, method);
+        table.add_counters(&blank, method);
+        table.add_convergence(&blank, method, result);
+    }
+    table.add_agreement(result, &sampler);
+    let bytes = table.finish().map_err(|e| Error::usage(format!("{}: {e}", path.display())))?;
+    Ok(write_atomically(path, &bytes)?)
+}
+
+/// The order as a record has it; `None` is the sum of all.
+fn order_name(order: Option<Layer>) -> String {
+    order.map_or("total".to_owned(), Layer::label)
+}
+
+/// A mean's 95 % interval from its standard error over so many replicates.
+fn t_interval(mean: f64, error: f64, replicates: u32) -> (f64, f64) {
+    let t = StudentsT::new(0.0, 1.0, f64::from(replicates) - 1.0).map_or(f64::NAN, |d| d.inverse_cdf(0.975));
+    (mean - t * error, mean + t * error)
+}
+
+/// The records written so far.
+struct Table {
+    writer: csv::Writer<Vec<u8>>,
+    failure: Option<csv::Error>,
+}
+
+impl Table {
+    fn add(&mut self, record: Record) {
+        if let Err(e) = self.writer.serialize(record) {
+            self.failure.get_or_insert(e);
+        }
+    }
+
+    fn finish(self) -> Result<Vec<u8>, String> {
+        match self.failure {
+            Some(e) => Err(e.to_string()),
+            None => self.writer.into_inner().map_err(|e| e.to_string()),
+        }
+    }
+
+    /// One row for each channel, and one for their mean.
+    fn add_channels(&mut self, blank: &Record, value: [f64; 3]) {
+        for (channel, value) in ["r", "g", "b"].into_iter().zip(value) {
+            self.add(Record { channel, value, ..blank.clone() });
+        }
+        self.add(Record { value: value.iter().sum::<f64>() / 3.0, ..blank.clone() });
+    }
+
+    fn add_moments(&mut self, blank: &Record, method: &MethodResult) {
+        let m = &method.measurement;
+        let seconds = m.seconds() / f64::from(m.replicates);
+        let layers = (0..m.layers.len()).map(Some).chain([None]);
+        for layer in layers {
+            let order = order_name(layer.map(|i| m.layers[i]));
+            let (mean, error, variance) = match layer {
+                Some(i) => (m.image_mean(i), m.image_mean_error(i), m.image_variance(i)),
+                None => (m.total_image_mean(), m.total_image_mean_error(), m.total_variance),
+            };
+            let row = Record { order, ..blank.clone() };
+            for (c, channel) in ["r", "g", "b"].into_iter().enumerate() {
+                let ci = error.map(|error| t_interval(mean[c], error[c], m.replicates));
+                let (ci_low, ci_high) = (ci.map(|ci| ci.0), ci.map(|ci| ci.1));
+                self.add(Record { quantity: "mean", channel, value: mean[c], ci_low, ci_high, ..row.clone() });
+            }
+            if let Some(variance) = variance {
+                let of_sample = variance.map(|v| v * f64::from(m.samples_per_replicate));
+                self.add_channels(&Record { quantity: "variance", ..row.clone() }, of_sample);
+                let value = 3.0 / (variance.iter().sum::<f64>() * seconds);
+                self.add(Record { quantity: "efficiency", value, ..row });
+            }
+        }
+    }
+
+    fn add_covariances(&mut self, blank: &Record, method: &MethodResult) {
+        let m = &method.measurement;
+        let layers = m.layers.len();
+        if m.covariance.is_empty() {
+            return;
+        }
+        for (i, j) in (0..layers).flat_map(|i| (i + 1..layers).map(move |j| (i, j))) {
+            let quantity = format!("covariance:{}", m.layers[j].label());
+            let value = m.covariance[i * layers + j].iter().sum::<f64>() / 3.0 * f64::from(m.samples_per_replicate);
+            self.add(Record { order: m.layers[i].label(), quantity: &quantity, value, ..blank.clone() });
+        }
+    }
+
+    fn add_counters(&mut self, blank: &Record, method: &MethodResult) {
+        let c = method.measurement.counters;
+        let counts = [
+            ("rays_closest", c.closest),
+            ("rays_shadow", c.shadow),
+            ("camera_paths", c.camera_paths),
+            ("light_paths", c.light_paths),
+            ("connections", c.connections),
+            ("bsdf_samples", c.bsdf_samples),
+        ];
+        for (quantity, count) in counts {
+            self.add(Record { quantity, value: count as f64, ..blank.clone() });
+        }
+        for (layer, &count) in method.measurement.layers.iter().zip(&method.measurement.invalid) {
+            self.add(Record { order: layer.label(), quantity: "invalid", value: count as f64, ..blank.clone() });
+        }
+        self.add(Record { quantity: "seconds", value: method.measurement.seconds(), ..blank.clone() });
+    }
+
+    fn add_convergence(&mut self, blank: &Record, method: &MethodResult, result: &ExperimentResult) {
+        for point in &method.convergence {
+            self.add(Record {
+                order: order_name(point.order),
+                spp: u64::from(point.samples) * u64::from(point.replicates),
+                replicates: point.replicates,
+                seconds: point.seconds * f64::from(point.replicates),
+                quantity: "checkpoint_variance",
+                value: point.variance,
+                ci_low: Some(point.ci.0),
+                ci_high: Some(point.ci.1),
+                ..blank.clone()
+            });
+        }
+        let mine = |row: &&crate::result::SlopeRow| row.scene == method.scene && row.label == method.label;
+        for row in result.slopes.iter().filter(mine) {
+            let points = method.convergence.iter().filter(|p| p.order == row.order);
+            let (mut spp, mut replicates, mut seconds) = (0, 0, 0.0);
+            for point in points {
+                spp += u64::from(point.samples) * u64::from(point.replicates);
+                replicates += point.replicates;
+                seconds += point.seconds * f64::from(point.replicates);
+            }
+            let (ci_low, ci_high) = (Some(row.ci.0), Some(row.ci.1));
+            let order = order_name(row.order);
+            let (quantity, value) = ("slope", row.slope);
+            self.add(Record { order, spp, replicates, seconds, quantity, value, ci_low, ci_high, ..blank.clone() });
+        }
+    }
+
+    fn add_agreement(&mut self, result: &ExperimentResult, sampler: &str) {
+        for row in &result.agreement {
+            let of = |label: &str| result.methods.iter().find(|m| m.scene == row.scene && m.label == label);
+            let (Some(a), Some(b)) = (of(&row.a), of(&row.b)) else { continue };
+            let pair = format!("{} vs {}", row.a, row.b);
+            let blank = Record {
+                experiment: &result.name,
+                scene: &row.scene,
+                method: &pair,
+                setting: row.verdict.name(),
+                sampler,
+                order: row.order.label(),
+                spp: a.measurement.samples() + b.measurement.samples(),
+                replicates: a.measurement.replicates + b.measurement.replicates,
+                seconds: a.measurement.seconds() + b.measurement.seconds(),
+                quantity: "",
+                channel: "all",
+                value: 0.0,
+                ci_low: None,
+                ci_high: None,
+            };
+            for (quantity, value) in [
+                ("agreement_t", row.t),
+                ("agreement_p", row.p),
+                ("agreement_rejected", row.rejected as f64),
+                ("agreement_smallest_p", row.smallest_adjusted_p),
+                ("agreement_detectable_bias", row.detectable_bias),
+            ] {
+                self.add(Record { quantity, value, ..blank.clone() });
+            }
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! `neumann render`: one scene, one method, one image with all its orders.
+
+use crate::budget::{self, Budget};
+use crate::cli::{RenderArgs, print};
+use crate::config::{self, HIGHEST_ORDER};
+use crate::error::{Error, Status};
+use crate::export::exr::{ImageMeta, write_measurement};
+use crate::export::write_atomically;
+use crate::machine::{VERSION, require_memory};
+use crate::output;
+use crate::progress::{Progress, Verbosity};
+use crate::settings;
+use crate::statistics_file::{Context, Seconds, Statistics};
+use crate::stop::Stop;
+use integrators::{Integrator, Measurement, Methods, Orders, Render, RenderSettings};
+use sampling::sampler::{Role, SamplerKind};
+use scenes::{LoadOptions, Scene, Skip};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Samples per pixel where none are asked for.
+const DEFAULT_SPP: u32 = 64;
+
+/// Renders and writes what was asked for.
+///
+/// # Errors
+/// If anything asked for is impossible: found out before any ray is traced, but for a disk that fills up.
+pub fn render(args: &RenderArgs, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
+    let job = Job::prepare(args)?;
+    let pool = budget::pool(args.threads)?;
+    let (measurement, status) = pool.install(|| job.run(verbosity, stop))?;
+    let write = Instant::now();
+    write_measurement(&job.output, &measurement, &job.meta(), args.layers)?;
+    let seconds = Seconds { render: measurement.seconds(), write: write.elapsed().as_secs_f64(), ..job.seconds };
+    if let Some(path) = &args.stats {
+        let statistics = Statistics::new(&measurement, job.context(pool.current_num_threads()), seconds);
+        write_atomically(path, statistics.to_json().as_bytes())?;
+    }
+    if verbosity == Verbosity::Normal {
+        print(&job.summary(&measurement))?;
+    }
+    let invalid: u64 = measurement.invalid.iter().sum();
+    if invalid > 0 && !args.allow_invalid {
+        eprintln!("error: {}", budget::non_finite(&measurement, job.settings.seed));
+        return Ok(if status == Status::Done { Status::Failed } else { status });
+    }
+    Ok(status)
+}
+
+/// Everything that a render needs, checked.
+struct Job {
+    scene: Scene,
+    method: Box<dyn Integrator>,
+    settings: RenderSettings,
+    budget: Budget,
+    output: PathBuf,
+    seconds: Seconds,
+}
+
+impl Job {
+    fn prepare(args: &RenderArgs) -> Result<Self, Error> {
+        let method = Methods::standard().build(&args.method, &settings::of_method(&args.set, &args.method)?)?;
+        let sampler = config::sampler(&args.sampler)?;
+        let orders = orders(args)?;
+        let budget = match (args.seconds, args.spp.unwrap_or(DEFAULT_SPP)) {
+            (Some(seconds), _) => Budget::seconds(seconds, args.replicates),
+            (None, spp) => Budget::samples(spp, args.replicates),
+        };
+        let budget = budget.map_err(Error::Usage)?;
+        let skip = if args.no_skip { Skip::Nothing } else { Skip::Unneeded };
+        let start = Instant::now();
+        let scene = scenes::load(&args.scene, &LoadOptions { size: args.size, skip })?;
+        let build = 0.0;
+        let seconds = Seconds { load: start.elapsed().as_secs_f64() - build, build, ..Seconds::default() };
+        let output = output_path(args, &scene)?;
+        let settings = render_settings(&*method, orders, args.tail, args.seed, sampler);
+        Ok(Self { scene, method, settings, budget, output, seconds })
+    }
+
+    /// All replicates, or those that were complete when the user asked for an end.
+    fn run(&self, verbosity: Verbosity, stop: &Stop) -> Result<(Measurement, Status), Error> {
+        let pixels = u64::from(self.scene.camera.width()) * u64::from(self.scene.camera.height());
+        let layers = self.settings.orders.iter().count() as u64 + u64::from(self.settings.tail);
+        require_memory(u128::from(Render::bytes(pixels, layers)), "this image")?;
+
+        let samples_per_replicate = self.budget.samples_per_replicate(&self.scene, &*self.method, &self.settings, stop)?;
+        let settings = RenderSettings { samples_per_replicate, ..self.settings.clone() };
+        let mut render = Render::new(&self.scene, &*self.method, settings)?;
+        let mut progress = Progress::new(f64::from(self.budget.replicates), verbosity);
+        progress.say(format!("{} in {}", self.method.name(), self.scene.name));
+        while render.replicates() < self.budget.replicates {
+            progress.during(1.0, |report| render.run_replicate(report));
+            if let Some(signal) = stop.signal() {
+                return Ok((render.finish(), Status::Interrupted(signal)));
+            }
+        }
+        Ok((render.finish(), Status::Done))
+    }
+
+    fn meta(&self) -> ImageMeta {
+        ImageMeta {
+            software: format!("neumann {VERSION}"),
+            scene: self.scene.name.clone(),
+            scene_hash: self.scene.hash.to_string(),
+            method: self.method.name().to_owned(),
+            settings: self.method.settings(),
+            sampler: self.settings.sampler.to_string(),
+            seed: self.settings.seed,
+        }
+    }
+
+    fn context(&self, threads: usize) -> Context {
+        Context {
+            scene: self.scene.name.clone(),
+            method: self.method.name().to_owned(),
+            settings: self.method.settings(),
+            seed: self.settings.seed,
+            sampler: self.settings.sampler.to_string(),
+            threads,
+            skipped: self.scene.needs.skipped(),
+            missing_light: self.method.missing_light(&self.scene.needs),
+        }
+    }
+
+    fn summary(&self, m: &Measurement) -> String {
+        let mut text = format!(
+            "{}: {} in {}, {}x{}, {} samples per pixel in {} replicates, {:.2} s\n",
+            self.output.display(),
+            self.method.name(),
+            self.scene.name,
+            m.width,
+            m.height,
+            m.samples(),
+            m.replicates,
+            m.seconds()
+        );
+        for missing in self.method.missing_light(&self.scene.needs) {
+            text += &format!("  {} cannot carry here: {missing}\n", self.method.name());
+        }
+        text
+    }
+}
+
+/// The settings of a render whose number of samples is not known yet.
+pub fn render_settings(
+    method: &dyn Integrator,
+    orders: Orders,
+    tail: bool,
+    seed: u64,
+    sampler: SamplerKind,
+) -> RenderSettings {
+    RenderSettings {
+        orders,
+        tail,
+        samples_per_replicate: 1,
+        seed,
+        sampler,
+        instance: budget::instance(method),
+        role: Role::Estimate,
+    }
+}
+
+fn orders(args: &RenderArgs) -> Result<Orders, Error> {
+    if args.max_order > HIGHEST_ORDER {
+        return Err(Error::usage(format!("--max-order {} is above {HIGHEST_ORDER}", args.max_order)));
+    }
+    match &args.orders {
+        Some(list) => Orders::parse(list, args.max_order).map_err(|e| Error::usage(format!("--orders: {e}"))),
+        None => Ok(Orders::up_to(args.max_order)),
+    }
+}
+
+/// Where the image goes; it and the statistics are known to be writable then.
+fn output_path(args: &RenderArgs, scene: &Scene) -> Result<PathBuf, Error> {
+    let default = || PathBuf::from(format!("{}_{}.exr", budget::file_name(&scene.name), args.method));
+    let output = args.output.clone().unwrap_or_else(default);
+    if output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
+        let name = output.with_extension("exr");
+        return Err(Error::usage(format!("{}: images are OpenEXR files; call it {}", output.display(), name.display())));
+    }
+    output::check_file(&output)?;
+    if let Some(stats) = &args.stats {
+        check_stats(stats, &output)?;
+    }
+    Ok(output)
+}
+
+fn check_stats(stats: &Path, output: &Path) -> Result<(), Error> {
+    if stats == output {
+        return Err(Error::usage(format!("{}: --output and --stats name the same file", stats.display())));
+    }
+    output::check_file(stats)
+}

@@ -1,0 +1,242 @@
+//! The page: summary first, then every scene, then what it takes to repeat the experiment.
+
+use super::summary::{self, Sentence, Tone};
+use super::{SceneReport, images, tables};
+use crate::export::markup::Markup;
+use crate::export::notation::brief;
+use crate::plot::Figure;
+use crate::result::{AgreementRow, ExperimentResult, MethodResult, SlopeRow};
+
+/// Nothing may be loaded, and no script may run: the page is whole as it is.
+const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
+
+/// The whole file.
+pub fn page(result: &ExperimentResult, scenes: &[SceneReport]) -> String {
+    let title = if result.experiment.title.is_empty() { &result.name } else { &result.experiment.title };
+    let shrink = images::shrink(result);
+    let mut m = Markup::default();
+    m.verbatim("<!DOCTYPE html>\n");
+    m.element("html", &[("lang", &"en")], |m| {
+        m.element("head", &[], |m| {
+            m.leaf("meta", &[("charset", &"utf-8")]);
+            m.leaf("meta", &[("http-equiv", &"Content-Security-Policy"), ("content", &POLICY)]);
+            m.leaf("meta", &[("name", &"viewport"), ("content", &"width=device-width, initial-scale=1")]);
+            m.leaf("meta", &[("name", &"color-scheme"), ("content", &"light dark")]);
+            m.line("title", &[], format!("{title} · neumann"));
+            m.element("style", &[], |m| m.verbatim(include_str!("style.css")));
+        });
+        m.element("body", &[], |m| {
+            head(m, result, title, scenes);
+            m.element("main", &[], |m| {
+                for (i, scene) in scenes.iter().enumerate() {
+                    scene_section(m, result, scene, i, shrink);
+                }
+                repeat(m, result);
+                explanations(m);
+            });
+        });
+    });
+    m.text("\n");
+    m.as_str().to_owned()
+}
+
+fn head(m: &mut Markup, result: &ExperimentResult, title: &str, scenes: &[SceneReport]) {
+    m.element("header", &[], |m| {
+        m.line("h1", &[], title);
+        if !result.experiment.description.is_empty() {
+            m.line("p", &[("class", &"lead")], &result.experiment.description);
+        }
+        m.line("p", &[("class", &"facts")], facts(result));
+        if !result.manifest.complete {
+            let text = "This experiment was interrupted: the numbers below are those of the replicates that were finished.";
+            m.line("p", &[("class", &"warning")], text);
+        }
+        m.element("nav", &[("aria-label", &"Contents")], |m| {
+            m.element("ul", &[], |m| {
+                for (i, scene) in scenes.iter().enumerate() {
+                    m.element("li", &[], |m| m.line("a", &[("href", &format!("#scene-{i}"))], scene.name));
+                }
+                for (id, name) in [("#repeat", "How to repeat it"), ("#terms", "What the numbers mean")] {
+                    m.element("li", &[], |m| m.line("a", &[("href", &id)], name));
+                }
+            });
+        });
+    });
+}
+
+/// One line: how much of what, where and when.
+fn facts(result: &ExperimentResult) -> String {
+    let manifest = &result.manifest;
+    let mut facts = Vec::new();
+    if let Some(first) = result.methods.first() {
+        let m = &first.measurement;
+        facts.push(format!("{} × {} pixels", m.width, m.height));
+        facts.push(format!("orders 0 to {}", m.max_order));
+    }
+    let budgets: Vec<u64> = result.methods.iter().map(|m| m.measurement.samples()).collect();
+    let replicates = result.experiment.replicates;
+    if let (Some(least), Some(most)) = (budgets.iter().min(), budgets.iter().max()) {
+        let samples = if least == most { least.to_string() } else { format!("{least} to {most}") };
+        facts.push(format!("{samples} samples per pixel in {replicates} replicates"));
+    }
+    facts.push(format!("{:.0} s on {} threads", manifest.seconds, manifest.machine.threads));
+    facts.push(manifest.started.clone());
+    facts.push(format!("neumann {}", manifest.neumann));
+    facts.join(" · ")
+}
+
+fn scene_section(m: &mut Markup, result: &ExperimentResult, scene: &SceneReport, index: usize, shrink: usize) {
+    let agreement: Vec<&AgreementRow> = result.agreement.iter().filter(|r| r.scene == scene.name).collect();
+    let slopes: Vec<&SlopeRow> = result.slopes.iter().filter(|r| r.scene == scene.name).collect();
+    let columns = &scene.numbers.columns;
+    m.element("section", &[("id", &format!("scene-{index}"))], |m| {
+        m.line("h2", &[], scene.name);
+        sentences(m, &summary::of_scene(result, &scene.methods, &scene.numbers));
+
+        m.line("h3", &[], "Pictures");
+        m.element("div", &[("class", &"scroll"), ("role", &"region"), ("tabindex", &0), ("aria-label", &"Pictures")], |m| {
+            images::table(m, &scene.methods, columns, shrink);
+        });
+        if shrink > 1 {
+            let text = format!("Shown at 1/{shrink} of their size; plots/ has them whole, and the EXR files hold all their values.");
+            m.line("p", &[("class", &"note")], text);
+        }
+
+        m.line("h3", &[], "Variance and efficiency");
+        figures(m, "figures large", &scene.by_order);
+        m.element("div", &[("class", &"side-by-side")], |m| {
+            for quantity in &tables::QUANTITIES {
+                tables::quantity(m, quantity, &scene.methods, &scene.numbers);
+            }
+        });
+        if scene.numbers.rows.iter().flatten().flatten().any(|row| row.is_lit() && !row.complete) {
+            m.line("p", &[("class", &"note")], "† The method can't carry all of this light here, so it is not ranked.");
+        }
+
+        if !scene.convergence.is_empty() {
+            m.line("h3", &[], "Convergence");
+            figures(m, "figures", &scene.convergence);
+            folded(m, "Fitted slopes with their intervals", |m| tables::slopes(m, &slopes, &scene.methods, columns));
+        }
+        if !agreement.is_empty() {
+            m.line("h3", &[], "Do the methods agree?");
+            tables::agreement(m, &agreement);
+            folded(m, "Every comparison with all its numbers", |m| tables::agreement_in_full(m, &agreement));
+        }
+        scene_facts(m, result, scene);
+    });
+}
+
+fn sentences(m: &mut Markup, sentences: &[Sentence]) {
+    m.element("ul", &[("class", &"summary")], |m| {
+        for sentence in sentences {
+            let class = if sentence.tone == Tone::Warning { "warning" } else { "finding" };
+            m.line("li", &[("class", &class)], &sentence.text);
+        }
+    });
+}
+
+fn figures(m: &mut Markup, class: &'static str, figures: &[Figure]) {
+    m.element("div", &[("class", &class)], |m| {
+        for figure in figures {
+            m.element("figure", &[], |m| {
+                m.append(&figure.chart.inline());
+                let left_out = figure.chart.left_out();
+                if !left_out.is_empty() {
+                    m.line("figcaption", &[], format!("No variance, or no light: {}.", left_out.join("; ")));
+                }
+            });
+        }
+    });
+}
+
+fn folded(m: &mut Markup, title: &'static str, content: impl FnOnce(&mut Markup)) {
+    m.element("details", &[], |m| {
+        m.line("summary", &[], title);
+        content(m);
+    });
+}
+
+fn scene_facts(m: &mut Markup, result: &ExperimentResult, scene: &SceneReport) {
+    m.line("h3", &[], "The scene");
+    m.element("dl", &[], |m| {
+        let mut fact = |name: &'static str, value: String| {
+            m.line("dt", &[], name);
+            m.element("dd", &[], |m| m.line("bdi", &[], value));
+        };
+        if let Some(record) = result.manifest.scenes.iter().find(|s| s.name == scene.name) {
+            fact("loaded from", record.source.clone());
+            fact("content hash", record.hash.clone());
+            fact("left out, not being needed", or_nothing(&record.skipped));
+            fact("approximated when it was loaded", or_nothing(&record.notes));
+        }
+        m.line("dt", &[], "work");
+        for method in &scene.methods {
+            m.line("dd", &[], work(method));
+        }
+    });
+}
+
+/// What a method's render cost.
+fn work(method: &MethodResult) -> String {
+    let counters = &method.measurement.counters;
+    let seconds = method.measurement.seconds();
+    let rays = (counters.closest + counters.shadow) as f64;
+    let million = |n: f64| format!("{:.1} million", n / 1e6);
+    format!(
+        "{}: {seconds:.2} s, {} rays ({} a second), {} connections",
+        brief(&method.label),
+        million(rays),
+        million(rays / seconds),
+        million(counters.connections as f64)
+    )
+}
+
+fn or_nothing(items: &[String]) -> String {
+    if items.is_empty() { "nothing".to_owned() } else { items.join("; ") }
+}
+
+fn repeat(m: &mut Markup, result: &ExperimentResult) {
+    m.element("section", &[("id", &"repeat")], |m| {
+        m.line("h2", &[], "How to repeat it");
+        m.element("p", &[], |m| {
+            m.text("Command: ");
+            m.line("code", &[], result.manifest.command_line.join(" "));
+        });
+        tables::scrolling(m, "Methods and settings", |m| {
+            m.line("caption", &[], "Methods with all of their settings");
+            m.element("thead", &[], |m| {
+                m.element("tr", &[], |m| {
+                    for name in ["label", "method", "settings"] {
+                        m.line("th", &[("scope", &"col")], name);
+                    }
+                });
+            });
+            m.element("tbody", &[], |m| {
+                for method in &result.manifest.methods {
+                    m.element("tr", &[], |m| {
+                        m.element("th", &[("scope", &"row")], |m| m.line("bdi", &[], &method.label));
+                        m.line("td", &[], &method.method);
+                        m.element("td", &[], |m| m.line("code", &[], &method.settings));
+                    });
+                }
+            });
+        });
+        folded(m, "Manifest", |m| {
+            let manifest = serde_json::to_string_pretty(&result.manifest).unwrap_or_else(|e| e.to_string());
+            m.element("pre", &[("tabindex", &0)], |m| m.line("code", &[], manifest));
+        });
+        m.line(
+            "p",
+            &[("class", &"note")],
+            "Beside this page: records.csv has every number, SCENE/METHOD.exr every order as linear 32-bit values, plots/ the figures.",
+        );
+    });
+}
+
+fn explanations(m: &mut Markup) {
+    m.element("section", &[("id", &"terms")], |m| {
+        m.line("h2", &[], "What the numbers mean");
+        m.verbatim(include_str!("terms.html"));
+    });
+}

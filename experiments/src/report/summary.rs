@@ -1,0 +1,207 @@
+//! What an experiment says, in sentences: which method wins which order and by how much, whether methods agree, what light
+//! each of them misses, and what else a reader must know before believing a number.
+
+use super::numbers::{Numbers, factor, percent};
+use crate::export::notation::{brief, enumerated, listed, symbol};
+use crate::plot::two_digits;
+use crate::result::{AgreementRow, ExperimentResult, MethodResult, SlopeRow, Verdict};
+use integrators::Layer;
+
+/// Efficiencies closer than this factor are not ranked.
+const AHEAD: f64 = 1.1;
+/// Differences named one by one; the table has the rest.
+const MAX_NAMED: usize = 4;
+
+/// Whether a sentence is a warning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tone {
+    /// A finding.
+    Plain,
+    /// Something that does not hold.
+    Warning,
+}
+
+/// A sentence of the summary.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Sentence {
+    /// Its words.
+    pub text: String,
+    /// Its tone.
+    pub tone: Tone,
+}
+
+fn plain(text: String) -> Sentence {
+    Sentence { text, tone: Tone::Plain }
+}
+
+fn warning(text: String) -> Sentence {
+    Sentence { text, tone: Tone::Warning }
+}
+
+/// The sentences about one scene.
+pub fn of_scene(result: &ExperimentResult, methods: &[&MethodResult], numbers: &Numbers) -> Vec<Sentence> {
+    let scene = methods.first().map_or("", |m| m.scene.as_str());
+    let rows: Vec<&AgreementRow> = result.agreement.iter().filter(|r| r.scene == scene).collect();
+    let slopes: Vec<&SlopeRow> = result.slopes.iter().filter(|r| r.scene == scene).collect();
+    let mut sentences = invalid(methods);
+    sentences.extend(efficiency(methods, numbers).into_iter().map(plain));
+    sentences.extend(agreement(&rows));
+    sentences.extend(convergence(&slopes).map(plain));
+    sentences.extend(missing(methods).into_iter().map(plain));
+    sentences
+}
+
+fn invalid(methods: &[&MethodResult]) -> Vec<Sentence> {
+    let counts = methods.iter().map(|m| (&m.label, m.measurement.invalid.iter().sum::<u64>()));
+    let sentence = |(label, count): (&String, u64)| {
+        let label = brief(label);
+        warning(format!("{label} met {count} non-finite samples, which are left out of every sum: its means are biased."))
+    };
+    counts.filter(|(_, count)| *count > 0).map(sentence).collect()
+}
+
+/// One sentence for the sum, then one for every method that leads at some orders, then those where none does.
+fn efficiency(methods: &[&MethodResult], numbers: &Numbers) -> Vec<String> {
+    let label = |i: usize| brief(&methods[i].label);
+    let name = |column: usize| symbol(numbers.columns[column]);
+    let mut sentences = Vec::new();
+    let mut leads: Vec<(usize, Vec<usize>, (f64, f64))> = Vec::new();
+    let mut level: Vec<usize> = Vec::new();
+    for (column, layer) in numbers.columns.iter().enumerate() {
+        let ranking = numbers.ranking(column);
+        let [(best, first), (_, second), ..] = ranking[..] else { continue };
+        if first.is_infinite() {
+            continue;
+        }
+        let lead = first / second;
+        if layer.is_none() {
+            sentences.push(overall(&ranking, lead, label));
+        } else if lead < AHEAD {
+            level.push(column);
+        } else if let Some((_, columns, range)) = leads.iter_mut().find(|l| l.0 == best) {
+            columns.push(column);
+            *range = (range.0.min(lead), range.1.max(lead));
+        } else {
+            leads.push((best, vec![column], (lead, lead)));
+        }
+    }
+    for (best, columns, (least, most)) in leads {
+        let by = match (factor(least), factor(most)) {
+            (least, most) if least == most => least,
+            (least, most) => format!("{least} to {most}"),
+        };
+        let orders = listed(&columns, name);
+        sentences.push(format!("{} has the highest efficiency at {orders}, {by} times that of the next best.", label(best)));
+    }
+    if !level.is_empty() {
+        let orders = listed(&level, name);
+        sentences.push(format!("At {orders} no method is ahead of the next best by a factor of {AHEAD} or more."));
+    }
+    let exact = numbers.columns.iter().enumerate().filter_map(|(column, &layer)| {
+        let exact = (0..methods.len()).filter(|&i| numbers.rows[i][column].is_some_and(|r| r.exact));
+        let names: Vec<String> = exact.map(label).collect();
+        (!names.is_empty()).then(|| format!("{} ({})", symbol(layer), names.join(", ")))
+    });
+    let exact: Vec<String> = exact.collect();
+    if !exact.is_empty() {
+        sentences.push(format!("Found without any variance: {}.", exact.join("; ")));
+    }
+    sentences
+}
+
+fn overall(ranking: &[(usize, f64)], lead: f64, label: impl Fn(usize) -> String) -> String {
+    let others = ranking[1..].iter().map(|&(i, e)| format!("{} times as much as {}", factor(ranking[0].1 / e), label(i)));
+    let others = enumerated(others.collect());
+    if lead < AHEAD {
+        let (first, second) = (label(ranking[0].0), label(ranking[1].0));
+        return format!("For the sum of all orders, {first} and {second} are about equally efficient.");
+    }
+    format!("For the sum of all orders, {} is the most efficient, {others}.", label(ranking[0].0))
+}
+
+fn agreement(rows: &[&AgreementRow]) -> Vec<Sentence> {
+    if rows.is_empty() {
+        return Vec::new();
+    }
+    let with = |verdict: Verdict| rows.iter().filter(move |r| r.verdict == verdict).copied();
+    let compared: Vec<&AgreementRow> = rows.iter().filter(|r| r.verdict != Verdict::Incomparable).copied().collect();
+    let differ: Vec<&AgreementRow> = with(Verdict::Differ).collect();
+    let mut sentences = Vec::new();
+    if !differ.is_empty() {
+        let named = differ.iter().take(MAX_NAMED);
+        let named = named.map(|r| format!("{} and {} at {} (t = {:.1})", brief(&r.a), brief(&r.b), symbol(Some(r.order)), r.t));
+        let more = if differ.len() > MAX_NAMED { ", and more" } else { "" };
+        let named = named.collect::<Vec<_>>().join(", ");
+        sentences.push(warning(format!(
+            "{} of {} comparisons between methods found a difference: {named}{more}. At least one of the two is biased there.",
+            differ.len(),
+            compared.len()
+        )));
+    } else if !compared.is_empty() {
+        let largest = |rows: &mut dyn Iterator<Item = &AgreementRow>| {
+            rows.map(|r| r.detectable_bias).filter(|b| b.is_finite()).fold(0.0, f64::max)
+        };
+        let low = largest(&mut with(Verdict::Agree).filter(|r| matches!(r.order, Layer::Order(0..=4))));
+        let all = largest(&mut with(Verdict::Agree));
+        let power = if all > 0.0 {
+            format!(" A bias of {} up to T⁴E, and of {} at any order, would have been found nine times out of ten.", percent(low), percent(all))
+        } else {
+            String::new()
+        };
+        sentences.push(plain(format!("Methods agree in all {} comparisons, order by order.{power}", compared.len())));
+    }
+    let apart = with(Verdict::Incomparable).count();
+    if apart > 0 {
+        sentences.push(plain(format!("{apart} comparisons say nothing, because one of the two methods can't carry all of the light.")));
+    }
+    sentences
+}
+
+fn convergence(slopes: &[&SlopeRow]) -> Option<String> {
+    if slopes.is_empty() {
+        return None;
+    }
+    let held = slopes.iter().filter(|s| (s.ci.0..=s.ci.1).contains(&-1.0)).count();
+    let least = two_digits(slopes.iter().map(|s| s.slope).fold(f64::INFINITY, f64::min));
+    let most = two_digits(slopes.iter().map(|s| s.slope).fold(f64::NEG_INFINITY, f64::max));
+    let range = if least == most { format!("a slope of {least}") } else { format!("slopes of {least} to {most}") };
+    let number = slopes.len();
+    Some(format!(
+        "Variance falls with samples by {range} (log–log); {held} of {number} intervals (95 %) hold the −1 of independent samples."
+    ))
+}
+
+fn missing(methods: &[&MethodResult]) -> Vec<String> {
+    let some = methods.iter().filter(|m| !m.missing_light.is_empty());
+    some.map(|m| format!("{} misses light here: {}.", brief(&m.label), m.missing_light.join("; "))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_difference_is_a_warning_that_names_who_and_where() {
+        let row = |verdict, order| AgreementRow {
+            scene: "s".into(),
+            a: "path".into(),
+            b: "bdpt".into(),
+            order: Layer::Order(order),
+            mean_a: 1.0,
+            mean_b: 1.1,
+            t: 7.0,
+            p: 0.0,
+            blocks: 1,
+            rejected: 1,
+            smallest_adjusted_p: 0.0,
+            detectable_bias: 0.002,
+            verdict,
+        };
+        let (same, other) = (row(Verdict::Agree, 1), row(Verdict::Differ, 2));
+        let sentences = agreement(&[&same, &other]);
+        assert_eq!(sentences[0].tone, Tone::Warning);
+        assert!(sentences[0].text.contains("1 of 2") && sentences[0].text.contains("path and bdpt at T²E (t = 7.0)"));
+        let sentences = agreement(&[&same]);
+        assert!(sentences[0].tone == Tone::Plain && sentences[0].text.contains("0.20 %"), "{}", sentences[0].text);
+    }
+}

@@ -1,0 +1,227 @@
+//! What an experiment leaves behind: the structs that the runner fills, and that records, plots and reports read.
+
+use crate::config::Experiment;
+use integrators::{Layer, Measurement};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// Everything that one experiment measured.
+#[derive(Clone, Debug)]
+pub struct ExperimentResult {
+    /// The experiment's name, which is also its folder's.
+    pub name: String,
+    /// What was asked.
+    pub experiment: Experiment,
+    /// One entry per scene and method: scenes in order, and within a scene the methods in order.
+    pub methods: Vec<MethodResult>,
+    /// Every pair of methods of a scene, order by order.
+    pub agreement: Vec<AgreementRow>,
+    /// Fitted convergence, for every scene, method and order that has checkpoints.
+    pub slopes: Vec<SlopeRow>,
+    /// Where, when and with what it ran.
+    pub manifest: Manifest,
+}
+
+impl ExperimentResult {
+    /// The scenes' names, each once, in order.
+    pub fn scenes(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = Vec::new();
+        for method in &self.methods {
+            if !names.contains(&method.scene.as_str()) {
+                names.push(&method.scene);
+            }
+        }
+        names
+    }
+
+    /// The results of one scene, in the order of the experiment's methods.
+    pub fn of_scene<'a>(&'a self, scene: &'a str) -> impl Iterator<Item = &'a MethodResult> {
+        self.methods.iter().filter(move |m| m.scene == scene)
+    }
+}
+
+/// One method in one scene.
+#[derive(Clone, Debug)]
+pub struct MethodResult {
+    /// The scene's name, fit for a folder's name.
+    pub scene: String,
+    /// The method's registered name, such as `bdpt`.
+    pub method: String,
+    /// What tells this entry from the experiment's others, fit for a file's name: `bdpt`, `bdpt_power`.
+    pub label: String,
+    /// All of the method's settings, defaults included.
+    pub settings: Value,
+    /// The settings that differ from the defaults, for one column of a table: `mis=power`; empty for none.
+    pub setting: String,
+    /// Images, moments, counters and times.
+    pub measurement: Measurement,
+    /// Variance against samples: rising in samples, and for each number of samples one entry a layer, then the total.
+    pub convergence: Vec<Checkpoint>,
+    /// The light that this method cannot carry here, in words; empty for none.
+    pub missing_light: Vec<String>,
+    /// What the scene let the render leave out.
+    pub skipped: Vec<String>,
+}
+
+/// The variance of one replicate at one number of samples, for one layer or for the sum of all.
+#[derive(Clone, Debug)]
+pub struct Checkpoint {
+    /// Samples per pixel of each replicate.
+    pub samples: u32,
+    /// Independent images measured.
+    pub replicates: u32,
+    /// Mean wall time of one replicate [s], of all layers together.
+    pub seconds: f64,
+    /// The layer; `None` for the sum of all.
+    pub order: Option<Layer>,
+    /// Image mean, channel mean of the variance of one replicate's pixel.
+    pub variance: f64,
+    /// 95 % bootstrap interval of `variance`.
+    pub ci: (f64, f64),
+    /// Image mean, channel mean.
+    pub mean: f64,
+    /// What each replicate but the first adds to `variance`, which is their mean: see [`crate::convergence::Deviations`].
+    pub replicate_variances: Vec<f64>,
+}
+
+/// A straight line through log variance against log samples.
+#[derive(Clone, Debug)]
+pub struct SlopeRow {
+    /// The scene's name.
+    pub scene: String,
+    /// The method's label.
+    pub label: String,
+    /// The layer; `None` for the sum of all.
+    pub order: Option<Layer>,
+    /// The slope: −1 for independent samples.
+    pub slope: f64,
+    /// Its 95 % bootstrap interval.
+    pub ci: (f64, f64),
+    /// Natural log of the fitted variance at one sample.
+    pub intercept: f64,
+    /// Checkpoints fitted.
+    pub points: usize,
+}
+
+/// Two methods of a scene, compared in one layer.
+#[derive(Clone, Debug)]
+pub struct AgreementRow {
+    /// The scene's name.
+    pub scene: String,
+    /// The first method's label.
+    pub a: String,
+    /// The second method's label.
+    pub b: String,
+    /// The layer.
+    pub order: Layer,
+    /// Image mean of the first, mean of channels.
+    pub mean_a: f64,
+    /// Image mean of the second, mean of channels.
+    pub mean_b: f64,
+    /// `(mean_b − mean_a)` in standard errors; 0 where neither has any variance and both are equal to rounding.
+    pub t: f64,
+    /// Two-sided p-value of `t` (Welch), not corrected for the number of tests.
+    pub p: f64,
+    /// Pixel blocks tested, times three channels.
+    pub blocks: usize,
+    /// Of these, how many differ at the false discovery rate.
+    pub rejected: usize,
+    /// The smallest p-value of the blocks, adjusted for the number of all tests of the scene (Benjamini–Hochberg).
+    pub smallest_adjusted_p: f64,
+    /// The bias of the image mean, relative to it, that this test finds with a probability of 90 %; infinite for an empty order.
+    pub detectable_bias: f64,
+    /// What follows.
+    pub verdict: Verdict,
+}
+
+/// The outcome of one comparison.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// No difference was found; one as large as the row's `detectable_bias` would probably have been.
+    Agree,
+    /// Neither has any variance, and they are equal up to rounding.
+    Equal,
+    /// They differ.
+    Differ,
+    /// One of them cannot carry all the light of this scene, so nothing follows.
+    Incomparable,
+}
+
+impl Verdict {
+    /// As records and tables write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::Agree => "agree",
+            Verdict::Equal => "equal",
+            Verdict::Differ => "differ",
+            Verdict::Incomparable => "incomparable",
+        }
+    }
+}
+
+/// Where results come from: enough to make them again.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Version of the program and of its sources: `0.1.0+1a2b3c4d`.
+    pub neumann: String,
+    /// The whole command line.
+    pub command_line: Vec<String>,
+    /// The experiment as it ran, changes by flags included.
+    pub experiment: Experiment,
+    /// Hash of all that the numbers follow from: scenes, methods, settings, seed, budget and build.
+    pub key: String,
+    /// Content hashes of the scenes, by name.
+    pub scenes: Vec<SceneRecord>,
+    /// The methods with all of their settings.
+    pub methods: Vec<MethodRecord>,
+    /// The machine.
+    pub machine: Machine,
+    /// Start, in UTC, as `2026-01-31T12:00:00Z`.
+    pub started: String,
+    /// End, likewise.
+    pub ended: String,
+    /// Wall time from start to end [s].
+    pub seconds: f64,
+    /// Whether everything that was asked for is there; not so after Ctrl-C.
+    pub complete: bool,
+}
+
+/// A scene in the manifest.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct SceneRecord {
+    /// Its name in the results.
+    pub name: String,
+    /// What was loaded: a built-in's name or a path.
+    pub source: String,
+    /// Content hash.
+    pub hash: String,
+    /// What the scene lets a render leave out.
+    pub skipped: Vec<String>,
+    /// What an importer approximated.
+    pub notes: Vec<String>,
+}
+
+/// A method in the manifest.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct MethodRecord {
+    /// Its label in the results.
+    pub label: String,
+    /// Its registered name.
+    pub method: String,
+    /// All of its settings.
+    pub settings: Value,
+}
+
+/// The machine in the manifest.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Machine {
+    /// Operating system and architecture: `linux-x86_64`.
+    pub platform: String,
+    /// The processor's own name for itself; empty where it is unknown.
+    pub cpu: String,
+    /// Threads that rendered.
+    pub threads: usize,
+    /// Instruction set of the ray kernels: `avx2` or `portable`.
+    pub kernels: String,
+}

@@ -1,0 +1,97 @@
+//! `neumann scene`: what a scene holds, what it needs, what will be skipped, and what its importer approximated.
+
+use crate::cli::{SceneArgs, print};
+use crate::error::{Error, Status};
+use integrators::Methods;
+use scenes::{LoadOptions, Needs, Scene, Skip};
+use std::fmt::Write;
+
+/// What `--json` prints.
+#[derive(serde::Serialize)]
+struct Report<'a> {
+    scene: &'a str,
+    hash: String,
+    width: u32,
+    height: u32,
+    needs: &'a Needs,
+    skipped: Vec<&'static str>,
+    methods: Vec<Support>,
+    notes: &'a [String],
+}
+
+/// What a method can do in the scene.
+#[derive(serde::Serialize)]
+struct Support {
+    method: &'static str,
+    unsupported: Option<String>,
+    missing_light: Vec<String>,
+}
+
+/// Describes a scene.
+///
+/// # Errors
+/// If the scene cannot be loaded.
+pub fn scene(args: &SceneArgs) -> Result<Status, Error> {
+    let scene = scenes::load(&args.scene, &LoadOptions { size: None, skip: Skip::Unneeded })?;
+    let report = describe(&scene)?;
+    let text = match args.json {
+        true => serde_json::to_string_pretty(&report).unwrap_or_default() + "\n",
+        false => in_words(&report),
+    };
+    print(&text)?;
+    Ok(if args.strict && !scene.notes.is_empty() { Status::Failed } else { Status::Done })
+}
+
+fn describe(scene: &Scene) -> Result<Report<'_>, Error> {
+    let registry = Methods::standard();
+    let mut methods = Vec::new();
+    for entry in registry.entries() {
+        let method = registry.build(entry.name, &serde_json::Value::Null)?;
+        let unsupported = method.unsupported(&scene.needs);
+        methods.push(Support { method: entry.name, unsupported, missing_light: method.missing_light(&scene.needs) });
+    }
+    Ok(Report {
+        scene: &scene.name,
+        hash: scene.hash.to_string(),
+        width: scene.camera.width(),
+        height: scene.camera.height(),
+        needs: &scene.needs,
+        skipped: scene.needs.skipped(),
+        methods,
+        notes: &scene.notes,
+    })
+}
+
+fn in_words(report: &Report) -> String {
+    let needs = report.needs;
+    let yes = |flag: bool| if flag { "yes" } else { "no" };
+    let rows = [
+        ("size", format!("{}x{}", report.width, report.height)),
+        ("primitives", needs.primitives.to_string()),
+        ("emitters", needs.emitters.to_string()),
+        ("environment", yes(needs.environment).to_owned()),
+        ("textures", yes(needs.textures).to_owned()),
+        ("delta lobes", yes(needs.delta_lobes).to_owned()),
+        ("delta emitters", yes(needs.delta_emitters).to_owned()),
+        ("hittable emitters", yes(needs.hittable_emitters).to_owned()),
+        ("skipped", if report.skipped.is_empty() { "nothing".to_owned() } else { report.skipped.join(", ") }),
+        ("hash", report.hash.clone()),
+    ];
+    let mut text = format!("{}\n", report.scene);
+    // Writing to a string cannot fail.
+    for (key, value) in rows {
+        let _ = writeln!(text, "  {key:<18} {value}");
+    }
+    for support in &report.methods {
+        let verdict = match (&support.unsupported, support.missing_light.as_slice()) {
+            (Some(reason), _) => format!("cannot render it: {reason}"),
+            (None, []) => "carries all its light".to_owned(),
+            (None, missing) => format!("misses {}", missing.join("; ")),
+        };
+        let _ = writeln!(text, "  {:<18} {verdict}", support.method);
+    }
+    for note in report.notes {
+        let _ = writeln!(text, "  note: {note}");
+    }
+    text
+}

@@ -1,0 +1,141 @@
+//! `--stats`: what a render measured, as JSON.
+
+use crate::machine::{VERSION, peak_memory};
+use integrators::{Layer, Measurement};
+use serde::Serialize;
+use serde_json::Value;
+
+/// The file, key by key; its form is a contract with other people's scripts.
+#[derive(Debug, Serialize)]
+pub struct Statistics {
+    neumann: &'static str,
+    scene: String,
+    method: String,
+    settings: Value,
+    width: u32,
+    height: u32,
+    max_order: usize,
+    spp: u64,
+    replicates: u32,
+    seed: u64,
+    sampler: String,
+    threads: usize,
+    seconds: Seconds,
+    rays: Rays,
+    camera_paths: u64,
+    light_paths: u64,
+    connections: u64,
+    skipped: Vec<&'static str>,
+    invalid: Vec<u64>,
+    orders: Vec<Entry>,
+    total: Estimate,
+    missing_light: Vec<String>,
+    peak_memory_bytes: Option<u64>,
+}
+
+/// Wall time [s].
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Seconds {
+    /// Reading the scene.
+    pub load: f64,
+    /// Building what rays are traced in.
+    pub build: f64,
+    /// Transport alone.
+    pub render: f64,
+    /// Writing the image.
+    pub write: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Rays {
+    closest: u64,
+    shadow: u64,
+}
+
+#[derive(Debug, Serialize)]
+struct Entry {
+    order: Value,
+    #[serde(flatten)]
+    estimate: Estimate,
+}
+
+/// Image mean, image mean of the variance of one sample, and the standard error of the image mean across replicates.
+#[derive(Debug, Serialize)]
+struct Estimate {
+    mean: [f64; 3],
+    variance: Option<[f64; 3]>,
+    mean_se: Option<[f64; 3]>,
+}
+
+/// What is known of a render besides its measurement.
+#[derive(Clone, Debug)]
+pub struct Context {
+    /// The scene's name.
+    pub scene: String,
+    /// The method's name.
+    pub method: String,
+    /// All of its settings.
+    pub settings: Value,
+    /// The seed.
+    pub seed: u64,
+    /// The sampler's name.
+    pub sampler: String,
+    /// Threads that rendered.
+    pub threads: usize,
+    /// What the scene let the render leave out.
+    pub skipped: Vec<&'static str>,
+    /// The light that the method loses.
+    pub missing_light: Vec<String>,
+}
+
+impl Statistics {
+    /// Gathers everything.
+    pub fn new(m: &Measurement, context: Context, seconds: Seconds) -> Self {
+        let of_sample = |variance: [f64; 3]| variance.map(|v| v * f64::from(m.samples_per_replicate));
+        let entry = |(i, &layer): (usize, &Layer)| Entry {
+            order: match layer {
+                Layer::Order(k) => Value::from(k),
+                Layer::Tail => Value::from("tail"),
+            },
+            estimate: Estimate {
+                mean: m.image_mean(i),
+                variance: m.image_variance(i).map(of_sample),
+                mean_se: m.image_mean_error(i),
+            },
+        };
+        Self {
+            neumann: VERSION,
+            scene: context.scene,
+            method: context.method,
+            settings: context.settings,
+            width: m.width,
+            height: m.height,
+            max_order: m.max_order,
+            spp: m.samples(),
+            replicates: m.replicates,
+            seed: context.seed,
+            sampler: context.sampler,
+            threads: context.threads,
+            seconds,
+            rays: Rays { closest: m.counters.closest, shadow: m.counters.shadow },
+            camera_paths: m.counters.camera_paths,
+            light_paths: m.counters.light_paths,
+            connections: m.counters.connections,
+            skipped: context.skipped,
+            invalid: m.invalid.clone(),
+            orders: m.layers.iter().enumerate().map(entry).collect(),
+            total: Estimate {
+                mean: m.total_image_mean(),
+                variance: m.total_variance.map(of_sample),
+                mean_se: m.total_image_mean_error(),
+            },
+            missing_light: context.missing_light,
+            peak_memory_bytes: peak_memory(),
+        }
+    }
+
+    /// As a JSON file.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+}

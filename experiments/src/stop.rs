@@ -1,0 +1,43 @@
+//! Ctrl-C and SIGTERM: the first one asks for an end after the replicate at work, the second one ends the program at once.
+
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+/// Whether the user asked for an early end.
+#[derive(Clone, Debug, Default)]
+pub struct Stop {
+    signal: Arc<AtomicUsize>,
+}
+
+impl Stop {
+    /// Never asks for an end: for callers without a terminal.
+    pub fn never() -> Self {
+        Self::default()
+    }
+
+    /// Listens to Ctrl-C and SIGTERM from now on.
+    ///
+    /// # Errors
+    /// If the system refuses the handlers.
+    pub fn on_signals() -> std::io::Result<Self> {
+        let stop = Self::default();
+        for signal in [SIGINT, SIGTERM] {
+            // Each signal's second arrival finds the flag set and ends the process; handlers run in order of registration.
+            let seen = Arc::new(AtomicBool::new(false));
+            flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&seen))?;
+            flag::register(signal, seen)?;
+            flag::register_usize(signal, Arc::clone(&stop.signal), signal as usize)?;
+        }
+        Ok(stop)
+    }
+
+    /// The signal that asked for the end, if any.
+    pub fn signal(&self) -> Option<i32> {
+        match self.signal.load(Ordering::Relaxed) {
+            0 => None,
+            signal => Some(signal as i32),
+        }
+    }
+}

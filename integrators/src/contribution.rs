@@ -1,0 +1,80 @@
+//! What a method hands over for every path: where it lands, how it was built, what it carries.
+
+use crate::vertex::PathVertex;
+use sampling::Vec2;
+use sampling::math::Spectrum;
+
+/// How a path was built. It fixes the path's order, so order and technique cannot disagree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Technique {
+    /// A light subpath of `s` vertices joined to a camera subpath of `t`; order `s + t − 2`.
+    Connect {
+        /// Light vertices.
+        s: u16,
+        /// Camera vertices.
+        t: u16,
+    },
+    /// Subpaths whose last vertices were merged; order `s + t − 3`.
+    Merge {
+        /// Light vertices.
+        s: u16,
+        /// Camera vertices.
+        t: u16,
+    },
+    /// An order known as a whole, such as a radiosity solution's.
+    Whole {
+        /// The order.
+        order: u16,
+    },
+}
+
+impl Technique {
+    /// Number of scatterings of the path.
+    #[inline]
+    pub fn order(self) -> usize {
+        match self {
+            Technique::Connect { s, t } => s as usize + t as usize - 2,
+            Technique::Merge { s, t } => s as usize + t as usize - 3,
+            Technique::Whole { order } => order as usize,
+        }
+    }
+}
+
+/// The vertices of a path, for sinks that ask for them. Methods that store no vertices give empty slices.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PathView<'p> {
+    /// The light subpath, from the emitter on.
+    pub light: &'p [PathVertex],
+    /// The camera subpath, from the camera on.
+    pub camera: &'p [PathVertex],
+}
+
+/// One path's share of the image.
+#[derive(Clone, Copy, Debug)]
+pub struct Contribution<'p> {
+    /// Where it lands [pixels, y down].
+    pub raster: Vec2,
+    /// How the path was built.
+    pub technique: Technique,
+    /// The unweighted estimate: what this technique alone would give.
+    pub value: Spectrum,
+    /// The MIS weight in [0, 1].
+    pub weight: f64,
+    /// The path's vertices.
+    pub path: PathView<'p>,
+}
+
+/// What a sink wants beyond weighted values; methods leave out the work for the rest when compiled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Wants {
+    /// The path's vertices.
+    pub vertices: bool,
+}
+
+/// Whoever takes contributions: a film, or a test.
+pub trait Sink {
+    /// What is asked for.
+    const WANTS: Wants;
+    /// Takes one contribution. Non-finite ones are counted, not added.
+    fn add(&mut self, contribution: Contribution);
+}

@@ -1,0 +1,252 @@
+//! The film: where contributions are added up, in an order that does not depend on threads.
+//!
+//! A replicate's work is cut into blocks: a tile of pixels and a range of samples. A block adds what lands in its own tile
+//! to its own sums, and lists what lands elsewhere as splats. Blocks are reduced into the film in block order, row of tiles
+//! by row of tiles, so the sums have the same bits for any number of threads and any number of blocks in flight.
+
+use crate::contribution::{Contribution, Sink, Wants};
+use crate::measurement::Counters;
+use crate::request::Request;
+use crate::splats::{Splat, Splats};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Width and height of a tile [pixels].
+pub const TILE: u32 = 16;
+/// Samples per pixel in one block.
+pub const SAMPLES_PER_BLOCK: u32 = 4;
+
+/// A rectangle of pixels, ends excluded.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Tile {
+    /// Columns.
+    pub x: Range<u32>,
+    /// Rows.
+    pub y: Range<u32>,
+}
+
+/// One piece of a replicate's work.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Block {
+    /// The pixels whose samples are taken.
+    pub tile: Tile,
+    /// Which of their samples.
+    pub samples: Range<u32>,
+}
+
+/// How a replicate is cut into blocks. Depends on the image and the sample count alone.
+#[derive(Clone, Copy, Debug)]
+pub struct Blocks {
+    width: u32,
+    height: u32,
+    samples: u32,
+}
+
+impl Blocks {
+    /// The blocks of an image with so many samples per pixel.
+    pub fn new(width: u32, height: u32, samples: u32) -> Self {
+        Self { width, height, samples }
+    }
+
+    fn tiles(&self) -> u64 {
+        self.width.div_ceil(TILE) as u64 * self.height.div_ceil(TILE) as u64
+    }
+
+    /// Number of blocks.
+    pub fn count(&self) -> u64 {
+        self.tiles() * self.samples.div_ceil(SAMPLES_PER_BLOCK) as u64
+    }
+
+    /// The block of a number below [`Blocks::count`]: all tiles of the first samples, then of the next.
+    pub fn block(&self, index: u64) -> Block {
+        let columns = self.width.div_ceil(TILE) as u64;
+        let (chunk, tile) = ((index / self.tiles()) as u32, index % self.tiles());
+        let (x, y) = ((tile % columns) as u32 * TILE, (tile / columns) as u32 * TILE);
+        let first = chunk * SAMPLES_PER_BLOCK;
+        Block {
+            tile: Tile { x: x..(x + TILE).min(self.width), y: y..(y + TILE).min(self.height) },
+            samples: first..(first + SAMPLES_PER_BLOCK).min(self.samples),
+        }
+    }
+}
+
+/// What one block adds to the film.
+#[derive(Clone, Debug)]
+pub struct BlockFilm<'r> {
+    request: &'r Request,
+    width: u32,
+    height: u32,
+    tile: Tile,
+    sums: Vec<f64>,
+    splats: Splats,
+    /// Non-finite contributions, per layer.
+    pub invalid: Vec<u64>,
+    /// Work done by the block.
+    pub counters: Counters,
+}
+
+impl<'r> BlockFilm<'r> {
+    /// Empty, for blocks of an image of the given size.
+    pub fn new(request: &'r Request, width: u32, height: u32) -> Self {
+        let layers = request.layers().len();
+        let pixels = TILE.min(width) as usize * TILE.min(height) as usize;
+        Self {
+            request,
+            width,
+            height,
+            tile: Tile { x: 0..0, y: 0..0 },
+            sums: vec![0.0; pixels * layers * 3],
+            splats: Splats::new(height.div_ceil(TILE) as usize),
+            invalid: vec![0; layers],
+            counters: Counters::default(),
+        }
+    }
+
+    /// Bytes of sums that one such film holds.
+    pub fn bytes(request: &Request, width: u32, height: u32) -> usize {
+        TILE.min(width) as usize * TILE.min(height) as usize * request.layers().len() * 24
+    }
+
+    /// Makes it ready for another block.
+    pub fn start(&mut self, tile: Tile) {
+        self.tile = tile;
+        self.sums.fill(0.0);
+        self.splats.clear();
+        self.invalid.fill(0);
+        self.counters = Counters::default();
+    }
+
+    /// Adds this block's share of one row of tiles to that row of the film.
+    fn reduce_band(&self, band: usize, rows: &mut [f64]) {
+        let layers = self.request.layers().len();
+        let row_of_band = band * TILE as usize;
+        if self.tile.y.start as usize == row_of_band {
+            let columns = self.tile.x.len();
+            for (local_row, sums) in self.sums.chunks(columns * layers * 3).take(self.tile.y.len()).enumerate() {
+                let start = (local_row * self.width as usize + self.tile.x.start as usize) * layers * 3;
+                rows[start..start + sums.len()].iter_mut().zip(sums).for_each(|(a, b)| *a += b);
+            }
+        }
+        let first_pixel = row_of_band * self.width as usize;
+        for splat in self.splats.band(band) {
+            let i = ((splat.pixel as usize - first_pixel) * layers + splat.layer as usize) * 3;
+            (0..3).for_each(|c| rows[i + c] += splat.value[c] as f64);
+        }
+    }
+}
+
+impl Sink for BlockFilm<'_> {
+    const WANTS: Wants = Wants { vertices: false };
+
+    #[inline]
+    fn add(&mut self, contribution: Contribution) {
+        let Some(layer) = self.request.layer(contribution.technique.order()) else { return };
+        let value = contribution.value * contribution.weight as f32;
+        if !value.is_finite() {
+            self.invalid[layer] += 1;
+            return;
+        }
+        let raster = contribution.raster;
+        // The comparison, made before the conversion, also leaves out what lies off the film.
+        if !(raster.x >= 0.0 && raster.y >= 0.0 && raster.x < self.width as f32 && raster.y < self.height as f32) {
+            return;
+        }
+        let (x, y) = (raster.x as u32, raster.y as u32);
+        let value = value.to_array();
+        if self.tile.x.contains(&x) && self.tile.y.contains(&y) {
+            let pixel = (y - self.tile.y.start) as usize * self.tile.x.len() + (x - self.tile.x.start) as usize;
+            let i = (pixel * self.request.layers().len() + layer) * 3;
+            let sums = &mut self.sums[i..i + 3];
+            (0..3).for_each(|c| sums[c] += value[c] as f64);
+            return;
+        }
+        self.splats.push((y / TILE) as usize, Splat { pixel: y * self.width + x, layer: layer as u32, value });
+    }
+}
+
+/// The sums of one replicate, `[pixel][layer][channel]`.
+#[derive(Clone, Debug)]
+pub struct Film {
+    /// The sums.
+    pub sums: Vec<f64>,
+    band_stride: usize,
+}
+
+impl Film {
+    /// A black film.
+    pub fn new(width: u32, height: u32, layers: usize) -> Self {
+        let row = width as usize * layers * 3;
+        Self { sums: vec![0.0; row * height as usize], band_stride: row * TILE as usize }
+    }
+
+    /// Makes it black again.
+    pub fn clear(&mut self) {
+        self.sums.par_chunks_mut(self.band_stride).for_each(|band| band.fill(0.0));
+    }
+
+    /// Adds blocks in their order; rows of tiles go side by side.
+    pub fn reduce(&mut self, blocks: &[BlockFilm]) {
+        self.sums.par_chunks_mut(self.band_stride).enumerate().for_each(|(band, rows)| {
+            blocks.iter().for_each(|block| block.reduce_band(band, rows));
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contribution::{PathView, Technique};
+    use crate::request::Orders;
+    use sampling::math::Spectrum;
+    use sampling::vec2;
+
+    fn contribution(x: f32, y: f32, value: f32) -> Contribution<'static> {
+        let technique = Technique::Connect { s: 0, t: 2 };
+        Contribution { raster: vec2(x, y), technique, value: Spectrum::splat(value), weight: 1.0, path: PathView::default() }
+    }
+
+    #[test]
+    fn blocks_cover_every_sample_of_every_pixel_once() {
+        let blocks = Blocks::new(37, 18, 6);
+        let mut seen = vec![0_u32; 37 * 18 * 6];
+        for index in 0..blocks.count() {
+            let block = blocks.block(index);
+            for (x, y) in block.tile.y.clone().flat_map(|y| block.tile.x.clone().map(move |x| (x, y))) {
+                block.samples.clone().for_each(|s| seen[((y * 37 + x) * 6 + s) as usize] += 1);
+            }
+        }
+        assert!(seen.iter().all(|&n| n == 1));
+    }
+
+    #[test]
+    fn every_contribution_on_the_film_is_added_once_and_none_beyond_its_border() {
+        let (width, height) = (37, 18);
+        let request = Request::new(Orders::up_to(0), false);
+        let mut film = Film::new(width, height, 1);
+        let mut block = BlockFilm::new(&request, width, height);
+        block.start(Tile { x: 16..32, y: 0..16 });
+        for y in -1..=height as i32 {
+            for x in -1..=width as i32 {
+                block.add(contribution(x as f32, y as f32, 1.0));
+            }
+        }
+        block.add(contribution(0.5_f32.next_down() + 36.5, 17.0, 1.0));
+        block.add(contribution(-f32::MIN_POSITIVE, 3.0, 1.0));
+        film.reduce(&[block]);
+        let doubled = 17 * 37 + 36;
+        for (pixel, sum) in film.sums.chunks(3).enumerate() {
+            assert_eq!(sum[0], if pixel == doubled { 2.0 } else { 1.0 }, "pixel {pixel}");
+        }
+    }
+
+    #[test]
+    fn non_finite_contributions_are_counted_and_left_out() {
+        let request = Request::new(Orders::up_to(1), false);
+        let mut block = BlockFilm::new(&request, 4, 4);
+        block.start(Tile { x: 0..4, y: 0..4 });
+        block.add(contribution(1.0, 1.0, f32::NAN));
+        block.add(contribution(1.0, 1.0, f32::INFINITY));
+        assert_eq!(block.invalid, [2, 0]);
+        assert!(block.sums.iter().all(|&s| s == 0.0));
+    }
+}

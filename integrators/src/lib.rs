@@ -1,0 +1,41 @@
+//! The light-transport algorithms of neumann, and what turns their samples into images with variances.
+//!
+//! The rendering equation's solution is the Neumann series `L = E + TE + T²E + …`; term `k`, the light scattered exactly
+//! `k` times, is *order* `k`. Every method here estimates each order it can carry, all in one render.
+//!
+//! In reading order:
+//!
+//! - [`contribution`]: how a path was built ([`Technique`]), what a method hands over ([`Contribution`]) and to whom ([`Sink`]);
+//! - [`request`]: which orders are asked for;
+//! - [`method`]: the traits [`Estimator`] and [`Integrator`], and THE LIST of methods, [`Methods`];
+//! - the algorithms, one a file: [`direct`], [`path`], [`light`], [`bdpt`], with what they share: [`vertex`], [`walk`],
+//!   [`connect`], [`next_event`], [`roulette`];
+//! - [`film`] and [`splats`]: one block's sums, and the film they are reduced into, in an order that no thread can change;
+//! - [`render`]: replicates; [`statistics`]: their moments; [`measurement`]: what comes out.
+//!
+//! This crate reads and writes no files, and draws its random numbers only through [`sampling::sampler`].
+
+pub mod bdpt;
+pub mod connect;
+pub mod contribution;
+pub mod direct;
+pub mod film;
+pub mod light;
+pub mod measurement;
+pub mod method;
+pub mod next_event;
+pub mod path;
+pub mod render;
+pub mod request;
+pub mod roulette;
+pub mod scratch;
+pub mod splats;
+pub mod statistics;
+pub mod vertex;
+pub mod walk;
+
+pub use contribution::{Contribution, PathView, Sink, Technique, Wants};
+pub use measurement::{Counters, Layer, Measurement};
+pub use method::{Estimator, Integrator, MethodError, Methods};
+pub use render::{Render, RenderError, RenderSettings};
+pub use request::{Orders, Request};

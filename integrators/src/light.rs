@@ -1,0 +1,158 @@
+//! Light tracing: walks from the emitters, every vertex connected to the camera.
+//!
+//! The adjoint of path tracing without next-event estimation [Veach97, §4.A; Dutré93]: a particle's weight times the
+//! emitted importance of the camera is splatted where the connection meets the film.
+
+use crate::contribution::{Contribution, PathView, Sink, Technique};
+use crate::method::{Estimator, Pixel};
+use crate::request::Request;
+use crate::roulette::Roulette;
+use crate::scratch::Scratch;
+use sampling::bsdf::TransportMode;
+use sampling::math::Spectrum;
+use sampling::sampler::{Purpose, Sampler, Subpath};
+use sampling::{Vec2, Vec3};
+use scenes::{EmitterId, EndpointKind, Interaction, LeSample, Needs, Scene};
+use serde::{Deserialize, Serialize};
+
+/// A light tracer's settings.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Light {
+    /// How walks end.
+    pub roulette: Roulette,
+    /// The number of scatterings from which roulette is played.
+    pub roulette_start: usize,
+}
+
+impl Default for Light {
+    fn default() -> Self {
+        Self { roulette: Roulette::Throughput, roulette_start: 3 }
+    }
+}
+
+impl Estimator for Light {
+    fn unsupported_request(&self, request: &Request) -> Option<String> {
+        let endless = request.tail() && self.roulette == Roulette::None;
+        endless.then(|| "without roulette its walks have no end beyond max_order; set roulette=throughput or leave out the tail".into())
+    }
+
+    fn missing_light(&self, needs: &Needs) -> Vec<String> {
+        let lost = needs.pinhole && needs.delta_lobes;
+        let class = "L.*SE: what a mirror or glass sends to a pinhole cannot be met by a connection";
+        if lost { vec![class.to_owned()] } else { Vec::new() }
+    }
+
+    fn estimate<S: Sink>(&self, scene: &Scene, request: &Request, _: Pixel, sampler: &mut Sampler, scratch: &mut Scratch, out: &mut S) {
+        sampler.start_vertex(Subpath::Light, 0);
+        scratch.counters.light_paths += 1;
+        let uc = if scene.needs.emitter_choice { sampler.get_1d(Purpose::EmitterChoice) } else { 0.0 };
+        let Some((emitter, pmf)) = scene.choose_emitter(uc) else { return };
+        let u_p = sampler.get_2d(Purpose::EmitterPosition);
+        let u_d = sampler.get_2d(Purpose::EmitterDirection);
+        let Some(start) = scene.sample_le(emitter, u_p, u_d) else { return };
+        let mut walk = Walk { scene, request, settings: self, out };
+        if request.wants(0) {
+            walk.connect_emitter(emitter, pmf, &start, sampler, scratch);
+        }
+        walk.run(pmf, &start, sampler, scratch);
+    }
+}
+
+/// The state of a walk.
+struct Walk<'a, S> {
+    scene: &'a Scene,
+    request: &'a Request,
+    settings: &'a Light,
+    out: &'a mut S,
+}
+
+impl<S: Sink> Walk<'_, S> {
+    fn run(&mut self, pmf: f32, start: &LeSample, sampler: &mut Sampler, scratch: &mut Scratch) {
+        let emitted = start.le * (start.cos / (pmf * start.pdf_p * start.pdf_d));
+        // What has become of the emitted flux: the part of the weight that roulette looks at.
+        let mut throughput = Spectrum::ONE;
+        let mut ray = start.ray;
+        let mut order = 0;
+        while self.request.wants_from(order + 1) {
+            scratch.counters.closest += 1;
+            let Some(hit) = self.scene.intersect(&ray) else { return };
+            let wo = -ray.d;
+            order += 1;
+            sampler.start_vertex(Subpath::Light, order as u32);
+            if self.request.wants(order) && hit.is_connectable() {
+                self.connect(&hit, wo, emitted * throughput, order, sampler, scratch);
+            }
+            if !self.request.wants_from(order + 1) {
+                return;
+            }
+            let uc = if !self.scene.needs.only_lambertian { sampler.get_1d(Purpose::Lobe) } else { 0.0 };
+            let u = sampler.get_2d(Purpose::Direction);
+            scratch.counters.bsdf_samples += 1;
+            let Some(sample) = hit.sample(wo, uc, u, TransportMode::Importance) else { return };
+            throughput *= sample.weight;
+            if throughput.is_zero() {
+                return;
+            }
+            let survived = self.settings.roulette.survive(throughput, order, self.settings.roulette_start, || {
+                sampler.get_1d(Purpose::Roulette)
+            });
+            let Some(factor) = survived else { return };
+            throughput *= factor;
+            ray = hit.point.spawn(sample.wi);
+        }
+    }
+
+    /// Splats what a surface point scatters into the camera.
+    #[inline]
+    fn connect(&mut self, hit: &Interaction, wo: Vec3, beta: Spectrum, order: usize, sampler: &mut Sampler, scratch: &mut Scratch) {
+        let u = if !self.scene.needs.pinhole { sampler.get_2d(Purpose::NextCamera) } else { Vec2::ZERO };
+        let Some(camera) = self.scene.camera.sample_wi(hit.point.p, u) else { return };
+        scratch.counters.connections += 1;
+        let f = hit.eval(wo, camera.wi, TransportMode::Importance);
+        let value = beta * f * (camera.we * camera.wi.dot(hit.ns()).abs() / camera.pdf);
+        if value.is_zero() {
+            return;
+        }
+        scratch.counters.shadow += 1;
+        if self.scene.occluded(&hit.point.segment_to(&camera.at)) {
+            return;
+        }
+        self.add(camera.raster, order, value);
+    }
+
+    /// Splats what the emitter's point itself sends into the camera. A point emitter is too small to be seen.
+    fn connect_emitter(&mut self, emitter: EmitterId, pmf: f32, start: &LeSample, sampler: &mut Sampler, scratch: &mut Scratch) {
+        let u = if !self.scene.needs.pinhole { sampler.get_2d(Purpose::NextCamera) } else { Vec2::ZERO };
+        let endpoint = &start.endpoint;
+        let reference = match endpoint.kind {
+            EndpointKind::Point => return,
+            EndpointKind::Surface => endpoint.at.p,
+            // Any point in that direction is as good.
+            EndpointKind::Infinite => self.scene.camera.position() - endpoint.at.ng,
+        };
+        let Some(camera) = self.scene.camera.sample_wi(reference, u) else { return };
+        scratch.counters.connections += 1;
+        let arriving = camera.we / camera.pdf;
+        let (value, ray) = match endpoint.kind {
+            EndpointKind::Infinite => (self.scene.environment_le(-endpoint.at.ng) * arriving, camera.at.spawn(-camera.wi)),
+            _ => {
+                let le = self.scene.le_at(emitter, endpoint, camera.wi);
+                (le * (endpoint.at.ng.dot(camera.wi).abs() * arriving), endpoint.at.segment_to(&camera.at))
+            }
+        };
+        if value.is_zero() {
+            return;
+        }
+        scratch.counters.shadow += 1;
+        if self.scene.occluded(&ray) {
+            return;
+        }
+        self.add(camera.raster, 0, value / (pmf * start.pdf_p));
+    }
+
+    fn add(&mut self, raster: Vec2, order: usize, value: Spectrum) {
+        let technique = Technique::Connect { s: order as u16 + 1, t: 1 };
+        self.out.add(Contribution { raster, technique, value, weight: 1.0, path: PathView::default() });
+    }
+}

@@ -1,0 +1,317 @@
+//! What a method is, and THE LIST of methods.
+
+use crate::contribution::Sink;
+use crate::film::{Block, BlockFilm};
+use crate::request::Request;
+use crate::scratch::Scratch;
+use sampling::sampler::{Sampler, SamplerKind, StreamKey};
+use scenes::{Needs, Scene};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+use std::ops::RangeInclusive;
+
+/// A pixel of the image, row 0 at the top.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pixel {
+    /// Column.
+    pub x: u32,
+    /// Row.
+    pub y: u32,
+}
+
+/// Which independent estimate of the image is made, and of how many samples per pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Replicate {
+    /// Key of its random numbers.
+    pub key: StreamKey,
+    /// Where they come from.
+    pub sampler: SamplerKind,
+    /// Samples per pixel.
+    pub samples: u32,
+}
+
+/// A method that estimates the image by independent samples: one call takes one sample of a pixel and, if the method
+/// traces light paths, one light path, whose contributions may land anywhere.
+///
+/// An estimator *is* its settings. [`Methods::with`] makes it an [`Integrator`].
+pub trait Estimator: Serialize + DeserializeOwned + Default + Send + Sync + 'static {
+    /// The orders that it can carry, of those up to `max_order`.
+    fn orders(&self, max_order: usize) -> RangeInclusive<usize> {
+        0..=max_order
+    }
+
+    /// Why it cannot work in a scene that needs this, if so.
+    fn unsupported(&self, _needs: &Needs) -> Option<String> {
+        None
+    }
+
+    /// Why it cannot estimate what is asked for, if so.
+    fn unsupported_request(&self, _request: &Request) -> Option<String> {
+        None
+    }
+
+    /// The light that it loses in a scene that needs this, a path class a line.
+    fn missing_light(&self, _needs: &Needs) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Takes one sample of `pixel`. `sampler` stands at that sample; every estimate it gives is of the whole image's
+    /// radiance, to be divided by the number of samples per pixel.
+    fn estimate<S: Sink>(
+        &self,
+        scene: &Scene,
+        request: &Request,
+        pixel: Pixel,
+        sampler: &mut Sampler,
+        scratch: &mut Scratch,
+        out: &mut S,
+    );
+}
+
+/// A method as the renderer sees it. Methods whose replicates share work between samples implement it directly.
+pub trait Integrator: Send + Sync {
+    /// The name it is registered under.
+    fn name(&self) -> &str;
+
+    /// Its settings, defaults included.
+    fn settings(&self) -> Value;
+
+    /// The orders that it can carry, of those up to `max_order`.
+    fn orders(&self, max_order: usize) -> RangeInclusive<usize>;
+
+    /// Why it cannot work in a scene that needs this, if so.
+    fn unsupported(&self, needs: &Needs) -> Option<String>;
+
+    /// Why it cannot estimate what is asked for, if so.
+    fn unsupported_request(&self, request: &Request) -> Option<String>;
+
+    /// The light that it loses in a scene that needs this, a path class a line.
+    fn missing_light(&self, needs: &Needs) -> Vec<String>;
+
+    /// Starts a replicate.
+    fn begin<'a>(&'a self, scene: &'a Scene, request: &'a Request, replicate: Replicate) -> Box<dyn Pass + 'a>;
+}
+
+/// A replicate at work.
+pub trait Pass: Sync {
+    /// Does one block's work. Called once for every block, from any thread.
+    fn run(&self, block: Block, out: &mut BlockFilm);
+}
+
+/// An estimator under a name.
+struct Sampled<E> {
+    name: &'static str,
+    estimator: E,
+}
+
+impl<E: Estimator> Integrator for Sampled<E> {
+    fn name(&self) -> &str {
+        self.name
+    }
+
+    fn settings(&self) -> Value {
+        serde_json::to_value(&self.estimator).unwrap_or(Value::Null)
+    }
+
+    fn orders(&self, max_order: usize) -> RangeInclusive<usize> {
+        self.estimator.orders(max_order)
+    }
+
+    fn unsupported(&self, needs: &Needs) -> Option<String> {
+        self.estimator.unsupported(needs)
+    }
+
+    fn unsupported_request(&self, request: &Request) -> Option<String> {
+        self.estimator.unsupported_request(request)
+    }
+
+    fn missing_light(&self, needs: &Needs) -> Vec<String> {
+        self.estimator.missing_light(needs)
+    }
+
+    fn begin<'a>(&'a self, scene: &'a Scene, request: &'a Request, replicate: Replicate) -> Box<dyn Pass + 'a> {
+        Box::new(Samples { estimator: &self.estimator, scene, request, replicate })
+    }
+}
+
+/// A replicate of an estimator.
+struct Samples<'a, E> {
+    estimator: &'a E,
+    scene: &'a Scene,
+    request: &'a Request,
+    replicate: Replicate,
+}
+
+impl<E: Estimator> Pass for Samples<'_, E> {
+    fn run(&self, block: Block, out: &mut BlockFilm) {
+        let mut sampler = Sampler::new(self.replicate.sampler, self.replicate.key, self.replicate.samples);
+        let mut scratch = Scratch::default();
+        let width = self.scene.camera.width() as u64;
+        for y in block.tile.y {
+            for x in block.tile.x.clone() {
+                for sample in block.samples.clone() {
+                    sampler.start_sample(y as u64 * width + x as u64, sample);
+                    self.estimator.estimate(self.scene, self.request, Pixel { x, y }, &mut sampler, &mut scratch, out);
+                }
+            }
+        }
+        out.counters += scratch.counters;
+    }
+}
+
+/// Why a method cannot be made.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum MethodError {
+    /// No method of that name.
+    #[error("there is no method `{name}`; did you mean `{nearest}`? (methods: {known})")]
+    Unknown {
+        /// What was asked for.
+        name: String,
+        /// The most similar name.
+        nearest: String,
+        /// All names.
+        known: String,
+    },
+    /// No setting of that name.
+    #[error("method `{method}` has no setting `{key}`; {mend}")]
+    UnknownSetting {
+        /// The method.
+        method: String,
+        /// What was set.
+        key: String,
+        /// What could be set instead.
+        mend: String,
+    },
+    /// A setting's value cannot be used.
+    #[error("method `{method}`: {reason}")]
+    BadSetting {
+        /// The method.
+        method: String,
+        /// What was expected.
+        reason: String,
+    },
+}
+
+type Factory = Box<dyn Fn(&Value) -> Result<Box<dyn Integrator>, MethodError> + Send + Sync>;
+
+/// A registered method.
+pub struct MethodEntry {
+    /// Its name.
+    pub name: &'static str,
+    /// What it does, in a line.
+    pub summary: &'static str,
+    /// Its settings' defaults, as a JSON object.
+    pub defaults: Value,
+    factory: Factory,
+}
+
+/// The methods that can be named in experiments.
+pub struct Methods {
+    entries: Vec<MethodEntry>,
+}
+
+impl Methods {
+    /// THE LIST.
+    pub fn standard() -> Self {
+        Self { entries: Vec::new() }
+            .with::<crate::direct::Direct>("direct", "orders 0 and 1: emitter sampling, BSDF sampling, or both by MIS")
+            .with::<crate::path::Path>("path", "path tracing with next-event estimation and MIS")
+            .with::<crate::light::Light>("light", "particle tracing from the emitters, connected to the camera")
+            .with::<crate::bdpt::Bdpt>("bdpt", "bidirectional path tracing: every strategy (s, t), weighted by MIS")
+    }
+
+    /// Registers an estimator under a name; a later one of the same name replaces the earlier.
+    pub fn with<E: Estimator>(mut self, name: &'static str, summary: &'static str) -> Self {
+        self.entries.retain(|e| e.name != name);
+        let factory = move |settings: &Value| -> Result<Box<dyn Integrator>, MethodError> {
+            Ok(Box::new(Sampled { name, estimator: parse_settings::<E>(name, settings)? }))
+        };
+        let defaults = serde_json::to_value(E::default()).unwrap_or(Value::Null);
+        self.entries.push(MethodEntry { name, summary, defaults, factory: Box::new(factory) });
+        self
+    }
+
+    /// The registered methods, in order of registration.
+    pub fn entries(&self) -> &[MethodEntry] {
+        &self.entries
+    }
+
+    /// Their names.
+    pub fn names(&self) -> Vec<&'static str> {
+        self.entries.iter().map(|e| e.name).collect()
+    }
+
+    /// Makes a method from a JSON object of settings; those left out (or `null` for all) take their defaults.
+    ///
+    /// # Errors
+    /// If there is no such method or setting, with the nearest valid name, or a value is not of the setting's kind.
+    pub fn build(&self, name: &str, settings: &Value) -> Result<Box<dyn Integrator>, MethodError> {
+        let Some(entry) = self.entries.iter().find(|e| e.name == name) else {
+            let names = self.names();
+            return Err(MethodError::Unknown {
+                name: name.to_owned(),
+                nearest: nearest(name, &names).unwrap_or_default().to_owned(),
+                known: names.join(", "),
+            });
+        };
+        (entry.factory)(settings)
+    }
+}
+
+fn parse_settings<E: Estimator>(method: &str, settings: &Value) -> Result<E, MethodError> {
+    let bad = |reason: String| MethodError::BadSetting { method: method.to_owned(), reason };
+    let defaults = serde_json::to_value(E::default()).map_err(|e| bad(e.to_string()))?;
+    let Value::Object(mut merged) = defaults else { return Err(bad("its settings are no table".to_owned())) };
+    match settings {
+        Value::Null => {}
+        Value::Object(given) => {
+            for (key, value) in given {
+                if !merged.contains_key(key) {
+                    let known: Vec<&str> = merged.keys().map(String::as_str).collect();
+                    let mend = match nearest(key, &known) {
+                        Some(near) => format!("did you mean `{near}`? (settings: {})", known.join(", ")),
+                        None => "it has no settings".to_owned(),
+                    };
+                    return Err(MethodError::UnknownSetting { method: method.to_owned(), key: key.clone(), mend });
+                }
+                merged.insert(key.clone(), value.clone());
+                serde_json::from_value::<E>(Value::Object(merged.clone())).map_err(|e| bad(format!("setting `{key}`: {e}")))?;
+            }
+        }
+        _ => return Err(bad("settings must be a table of names and values".to_owned())),
+    }
+    serde_json::from_value(Value::Object(merged)).map_err(|e| bad(e.to_string()))
+}
+
+/// The name most like `name`, if there is any name.
+fn nearest<'n>(name: &str, names: &[&'n str]) -> Option<&'n str> {
+    let similarity = |other: &str| strsim::jaro_winkler(name, other);
+    names.iter().copied().max_by(|a, b| similarity(a).total_cmp(&similarity(b)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn every_method_of_the_list_is_made_from_nothing_and_from_its_own_defaults() {
+        let methods = Methods::standard();
+        for entry in methods.entries() {
+            let made = methods.build(entry.name, &json!({})).unwrap();
+            assert_eq!((made.name(), made.settings()), (entry.name, entry.defaults.clone()));
+            assert_eq!(methods.build(entry.name, &entry.defaults).unwrap().settings(), entry.defaults);
+        }
+    }
+
+    #[test]
+    fn unknown_names_and_values_are_answered_with_the_mend() {
+        let methods = Methods::standard();
+        let message = |name: &str, settings: Value| methods.build(name, &settings).err().unwrap().to_string();
+        assert!(message("bpdt", json!({})).contains("did you mean `bdpt`"));
+        assert!(message("bdpt", json!({"miss": "power"})).contains("did you mean `mis`"));
+        assert!(message("bdpt", json!({"mis": "powr"})).contains("setting `mis`"));
+        assert!(message("bdpt", json!(3)).contains("table"));
+    }
+}

@@ -1,0 +1,77 @@
+//! Next-event estimation: a point on an emitter, chosen as seen from a point of the scene.
+
+use sampling::Vec3;
+use sampling::math::Spectrum;
+use sampling::mis::Heuristic;
+use sampling::sampler::{Purpose, Sampler};
+use scenes::{EmitterId, Endpoint, EndpointKind, Interaction, Ray, Scene, SurfacePoint};
+
+/// A sampled emitter point.
+#[derive(Clone, Copy, Debug)]
+pub struct NextEvent {
+    /// Whose point it is.
+    pub emitter: EmitterId,
+    /// The point.
+    pub endpoint: Endpoint,
+    /// Unit direction from the reference point to it.
+    pub wi: Vec3,
+    /// Incident radiance over its density, the choice among emitters included.
+    pub radiance: Spectrum,
+    /// Its density [1/sr] at the reference point, the choice among emitters included; of a delta position the choice alone.
+    pub pdf: f32,
+    /// Whether no other technique can meet it.
+    pub delta: bool,
+}
+
+impl NextEvent {
+    /// The ray whose being blocked makes the contribution zero.
+    #[inline]
+    pub fn shadow_ray(&self, from: &SurfacePoint) -> Ray {
+        shadow_ray(from, &self.endpoint, self.wi)
+    }
+}
+
+/// The segment from a point to an emitter's point, in direction `wi` where that lies infinitely far.
+#[inline]
+pub fn shadow_ray(from: &SurfacePoint, endpoint: &Endpoint, wi: Vec3) -> Ray {
+    match endpoint.kind {
+        EndpointKind::Infinite => from.spawn(wi),
+        EndpointKind::Surface | EndpointKind::Point => from.segment_to(&endpoint.at),
+    }
+}
+
+/// Chooses an emitter and a point on it, as seen from `p`. The sampler stands at the vertex. `None` where nothing can arrive.
+#[inline]
+pub fn sample_next_event(scene: &Scene, p: Vec3, sampler: &mut Sampler) -> Option<NextEvent> {
+    let uc = if scene.needs.emitter_choice { sampler.get_1d(Purpose::NextEmitter) } else { 0.0 };
+    let (emitter, pmf) = scene.choose_emitter(uc)?;
+    let u = sampler.get_2d(Purpose::NextPosition);
+    let li = scene.sample_li(emitter, p, u)?;
+    let pdf = li.pdf * pmf;
+    Some(NextEvent {
+        emitter,
+        endpoint: li.endpoint,
+        wi: li.wi,
+        radiance: li.li / pdf,
+        pdf,
+        delta: li.delta,
+    })
+}
+
+/// Density [1/sr] with which [`sample_next_event`] from `p` gives the emitting surface point that a ray along `wi` hit.
+#[inline]
+pub fn pdf_next_event(scene: &Scene, p: Vec3, emitter: EmitterId, hit: &Interaction, wi: Vec3) -> f32 {
+    scene.emitter_pmf(emitter) * scene.pdf_li(emitter, p, &scene.endpoint_of(hit), wi)
+}
+
+/// Density [1/sr] with which [`sample_next_event`] from `p` gives the environment in direction `wi`.
+#[inline]
+pub fn pdf_next_event_environment(scene: &Scene, p: Vec3, emitter: EmitterId, wi: Vec3) -> f32 {
+    scene.emitter_pmf(emitter) * scene.pdf_li(emitter, p, &scene.environment_endpoint(wi), wi)
+}
+
+/// MIS weight of a sample of the first of two techniques, by their densities [1/sr] at the same vertex.
+#[inline]
+pub fn weight2(heuristic: Heuristic, pdf: f32, other: f32) -> f64 {
+    heuristic.weight2(pdf as f64, other as f64)
+}

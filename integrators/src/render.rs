@@ -1,0 +1,205 @@
+//! Replicates of one method in one scene.
+
+use crate::film::{Block, BlockFilm, Blocks, Film};
+use crate::measurement::{Counters, Measurement};
+use crate::method::{Integrator, Replicate};
+use crate::request::{Orders, Request};
+use crate::statistics::{BlockGrid, GROUP, ImageMoments, MAX_COVARIANCE_LAYERS};
+use rayon::prelude::*;
+use sampling::sampler::{Role, SamplerKind, StreamKey};
+use scenes::Scene;
+use std::time::Instant;
+
+/// Blocks in flight at once, at most; bits do not depend on it.
+const WAVE: usize = 64;
+/// Bytes that the blocks in flight may take.
+const WAVE_BYTES: usize = 64 << 20;
+
+/// What a render is asked for.
+#[derive(Clone, Debug)]
+pub struct RenderSettings {
+    /// The orders asked for.
+    pub orders: Orders,
+    /// Whether all that lies beyond the last order is estimated too.
+    pub tail: bool,
+    /// Samples per pixel of each replicate.
+    pub samples_per_replicate: u32,
+    /// The experiment's seed.
+    pub seed: u64,
+    /// Where random numbers come from.
+    pub sampler: SamplerKind,
+    /// Which method instance this is; instances of different names draw independent numbers.
+    pub instance: String,
+    /// What the samples are for; roles draw independent numbers.
+    pub role: Role,
+}
+
+/// Why a render cannot start.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RenderError {
+    /// A replicate needs at least one sample.
+    #[error("0 samples per replicate; ask for at least 1")]
+    NoSamples,
+    /// The method cannot work in this scene.
+    #[error("{method} cannot render this scene: {reason}")]
+    Unsupported {
+        /// The method.
+        method: String,
+        /// What stands in the way, and what would do instead.
+        reason: String,
+    },
+}
+
+/// A method at work in a scene, replicate by replicate.
+pub struct Render<'a> {
+    scene: &'a Scene,
+    method: &'a dyn Integrator,
+    settings: RenderSettings,
+    request: Request,
+    film: Film,
+    group: ImageMoments,
+    whole: ImageMoments,
+    grid: BlockGrid,
+    group_blocks: ImageMoments,
+    whole_blocks: ImageMoments,
+    replicate_means: Vec<Vec<[f64; 3]>>,
+    replicate_seconds: Vec<f64>,
+    invalid: Vec<u64>,
+    counters: Counters,
+}
+
+impl<'a> Render<'a> {
+    /// Gets ready; no ray is traced yet.
+    ///
+    /// # Errors
+    /// If no sample is asked for, or the method says that it does not support the scene or the request.
+    pub fn new(scene: &'a Scene, method: &'a dyn Integrator, settings: RenderSettings) -> Result<Self, RenderError> {
+        if settings.samples_per_replicate == 0 {
+            return Err(RenderError::NoSamples);
+        }
+        let request = Request::new(settings.orders.clone(), settings.tail);
+        let reason = method.unsupported(&scene.needs).or_else(|| method.unsupported_request(&request));
+        if let Some(reason) = reason {
+            return Err(RenderError::Unsupported { method: method.name().to_owned(), reason });
+        }
+        let (width, height, layers) = (scene.camera.width(), scene.camera.height(), request.layers().len());
+        let pixels = width as usize * height as usize;
+        let grid = BlockGrid::new(width, height);
+        Ok(Self {
+            scene,
+            method,
+            settings,
+            film: Film::new(width, height, layers),
+            group: ImageMoments::new(pixels, layers),
+            whole: ImageMoments::new(pixels, layers),
+            group_blocks: ImageMoments::new(grid.count(), layers),
+            whole_blocks: ImageMoments::new(grid.count(), layers),
+            grid,
+            replicate_means: Vec::new(),
+            replicate_seconds: Vec::new(),
+            invalid: vec![0; layers],
+            counters: Counters::default(),
+            request,
+        })
+    }
+
+    /// Bytes of film and statistics for an image of so many pixels and layers, the working set of threads apart.
+    pub fn bytes(pixels: u64, layers: u64) -> u64 {
+        120 * pixels * layers
+    }
+
+    /// Replicates finished.
+    pub fn replicates(&self) -> u32 {
+        self.replicate_seconds.len() as u32
+    }
+
+    /// Seconds of transport (wall time) so far.
+    pub fn seconds(&self) -> f64 {
+        self.replicate_seconds.iter().sum()
+    }
+
+    /// Renders the next replicate in the current thread pool. `progress` is told the fraction done, from any thread.
+    pub fn run_replicate(&mut self, progress: &(dyn Fn(f64) + Sync)) {
+        let start = Instant::now();
+        let settings = &self.settings;
+        let key = StreamKey::new(settings.seed, &settings.instance, settings.role, self.replicate_seconds.len() as u32);
+        let replicate = Replicate { key, sampler: settings.sampler, samples: settings.samples_per_replicate };
+        let (width, height) = (self.scene.camera.width(), self.scene.camera.height());
+        let blocks = Blocks::new(width, height, settings.samples_per_replicate);
+        let pass = self.method.begin(self.scene, &self.request, replicate);
+        let wave = (WAVE_BYTES / BlockFilm::bytes(&self.request, width, height).max(1)).clamp(1, WAVE);
+        let mut films = vec![BlockFilm::new(&self.request, width, height); wave.min(blocks.count() as usize)];
+        self.film.clear();
+        for first in (0..blocks.count()).step_by(films.len()) {
+            let count = films.len().min((blocks.count() - first) as usize);
+            films[..count].par_iter_mut().enumerate().for_each(|(i, film)| {
+                let block: Block = blocks.block(first + i as u64);
+                film.start(block.tile.clone());
+                pass.run(block, film);
+            });
+            self.film.reduce(&films[..count]);
+            for film in &films[..count] {
+                self.counters += film.counters;
+                self.invalid.iter_mut().zip(&film.invalid).for_each(|(sum, n)| *sum += n);
+            }
+            progress((first + count as u64) as f64 / blocks.count() as f64);
+        }
+        drop(pass);
+        self.replicate_seconds.push(start.elapsed().as_secs_f64());
+        let samples = self.settings.samples_per_replicate;
+        self.replicate_means.push(self.group.push(&self.film, samples));
+        self.group_blocks.push(&self.grid.average(&self.film, self.request.layers().len()), samples);
+        if self.group.count == GROUP {
+            self.close_group();
+        }
+    }
+
+    /// A pixel of a layer of the replicate rendered last.
+    #[inline]
+    pub fn last_replicate(&self, layer: usize, pixel: usize) -> [f64; 3] {
+        let at = (pixel * self.request.layers().len() + layer) * 3;
+        let scale = 1.0 / self.settings.samples_per_replicate as f64;
+        [self.film.sums[at] * scale, self.film.sums[at + 1] * scale, self.film.sums[at + 2] * scale]
+    }
+
+    fn close_group(&mut self) {
+        self.whole.merge(&self.group);
+        self.group.clear();
+        self.whole_blocks.merge(&self.group_blocks);
+        self.group_blocks.clear();
+    }
+
+    /// Ends the render and gives what was measured.
+    pub fn finish(mut self) -> Measurement {
+        self.close_group();
+        let (whole, layers) = (self.whole, self.request.layers().to_vec());
+        let pixels = (self.scene.camera.width() * self.scene.camera.height()) as f64;
+        let count = layers.len();
+        let scale = 1.0 / (pixels * (whole.count as f64 - 1.0));
+        let known = whole.count >= 2;
+        let mut covariance = Vec::new();
+        if known && count <= MAX_COVARIANCE_LAYERS {
+            let entry = |i: usize, j: usize| whole.products[i.max(j) * count + i.min(j)].map(|x| x * scale);
+            covariance = (0..count * count).map(|n| entry(n / count, n % count)).collect();
+        }
+        Measurement {
+            width: self.scene.camera.width(),
+            height: self.scene.camera.height(),
+            max_order: self.settings.orders.max_order(),
+            layers,
+            replicates: whole.count,
+            samples_per_replicate: self.settings.samples_per_replicate,
+            covariance,
+            total_variance: known.then(|| whole.products[whole.products.len() - 1].map(|x| x * scale)),
+            mean: whole.mean,
+            m2: whole.m2,
+            grid: self.grid,
+            block_mean: self.whole_blocks.mean,
+            block_m2: self.whole_blocks.m2,
+            replicate_means: self.replicate_means,
+            replicate_seconds: self.replicate_seconds,
+            invalid: self.invalid,
+            counters: self.counters,
+        }
+    }
+}

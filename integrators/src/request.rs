@@ -1,0 +1,159 @@
+//! Which orders of the series are asked for.
+
+use crate::measurement::Layer;
+
+/// A set of orders in `0..=max_order`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Orders {
+    max_order: usize,
+    wanted: Vec<bool>,
+}
+
+impl Orders {
+    /// Every order up to `max_order`, that one included.
+    pub fn up_to(max_order: usize) -> Self {
+        Self { max_order, wanted: vec![true; max_order + 1] }
+    }
+
+    /// The orders of a list such as `0,2,4-6` (ends included), none above `max_order`.
+    ///
+    /// # Errors
+    /// A sentence that names the part of the list that is no order or range, or lies above `max_order`.
+    pub fn parse(list: &str, max_order: usize) -> Result<Self, String> {
+        let mut wanted = vec![false; max_order + 1];
+        for part in list.split(',').map(str::trim) {
+            let (first, last) = part.split_once('-').unwrap_or((part, part));
+            let number = |text: &str| text.trim().parse::<usize>().ok();
+            let (Some(first), Some(last)) = (number(first), number(last)) else {
+                return Err(format!("`{part}` is neither an order nor a range of orders; write for example 0,2,4-6"));
+            };
+            if first > last {
+                return Err(format!("the range `{part}` runs backwards; write {last}-{first}"));
+            }
+            if last > max_order {
+                return Err(format!("order {last} lies above max_order {max_order}; raise --max-order to {last} or leave it out"));
+            }
+            wanted[first..=last].fill(true);
+        }
+        Ok(Self { max_order, wanted })
+    }
+
+    /// The last order of the truncated series.
+    pub fn max_order(&self) -> usize {
+        self.max_order
+    }
+
+    /// Whether order `k` is asked for.
+    #[inline]
+    pub fn contains(&self, k: usize) -> bool {
+        self.wanted.get(k).copied().unwrap_or(false)
+    }
+
+    /// The orders asked for, rising.
+    pub fn iter(&self) -> impl Iterator<Item = usize> {
+        (0..=self.max_order).filter(|&k| self.wanted[k])
+    }
+
+    /// Whether the whole truncated series is asked for.
+    pub fn is_all(&self) -> bool {
+        self.wanted.iter().all(|&w| w)
+    }
+}
+
+/// What a render estimates, in the form the methods read.
+#[derive(Clone, Debug)]
+pub struct Request {
+    orders: Orders,
+    tail: bool,
+    layer_of_order: Vec<Option<u32>>,
+    layers: Vec<Layer>,
+    last: Option<usize>,
+}
+
+impl Request {
+    /// The given orders and, with `tail`, all that lies beyond `max_order`.
+    pub fn new(orders: Orders, tail: bool) -> Self {
+        let mut layer_of_order = vec![None; orders.max_order() + 1];
+        let mut layers = Vec::new();
+        for k in orders.iter() {
+            layer_of_order[k] = Some(layers.len() as u32);
+            layers.push(Layer::Order(k));
+        }
+        let last = if tail { None } else { orders.iter().last() };
+        if tail {
+            layers.push(Layer::Tail);
+        }
+        Self { orders, tail, layer_of_order, layers, last }
+    }
+
+    /// The layers of the film, in rising order.
+    pub fn layers(&self) -> &[Layer] {
+        &self.layers
+    }
+
+    /// The orders asked for one by one.
+    pub fn orders(&self) -> &Orders {
+        &self.orders
+    }
+
+    /// Whether what lies beyond `max_order` is asked for.
+    pub fn tail(&self) -> bool {
+        self.tail
+    }
+
+    /// Whether a path of this order counts.
+    #[inline]
+    pub fn wants(&self, order: usize) -> bool {
+        self.layer(order).is_some()
+    }
+
+    /// Whether any path of this or a higher order counts: whether a walk should go on.
+    #[inline]
+    pub fn wants_from(&self, order: usize) -> bool {
+        self.last.is_none_or(|last| order <= last)
+    }
+
+    /// The last order that counts; `None` where there is no last one.
+    #[inline]
+    pub fn last_order(&self) -> Option<usize> {
+        self.last
+    }
+
+    /// The film layer that takes paths of this order.
+    #[inline]
+    pub fn layer(&self, order: usize) -> Option<usize> {
+        match self.layer_of_order.get(order) {
+            Some(layer) => layer.map(|l| l as usize),
+            None if self.tail => Some(self.layers.len() - 1),
+            None => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_of_orders_are_read() {
+        let orders = Orders::parse("0, 2,4-6", 8).unwrap();
+        assert_eq!(orders.iter().collect::<Vec<_>>(), [0, 2, 4, 5, 6]);
+        assert!(!orders.is_all() && Orders::parse("0-8", 8).unwrap().is_all());
+    }
+
+    #[test]
+    fn bad_lists_name_the_bad_part() {
+        assert!(Orders::parse("1,x", 8).unwrap_err().contains("`x`"));
+        assert!(Orders::parse("6-4", 8).unwrap_err().contains("4-6"));
+        assert!(Orders::parse("9", 8).unwrap_err().contains("max_order 8"));
+    }
+
+    #[test]
+    fn layers_follow_the_orders_and_the_tail_comes_last() {
+        let request = Request::new(Orders::parse("1,3", 4).unwrap(), true);
+        assert_eq!(request.layers(), [Layer::Order(1), Layer::Order(3), Layer::Tail]);
+        assert_eq!((request.layer(1), request.layer(2), request.layer(5)), (Some(0), None, Some(2)));
+        assert!(request.wants_from(1_000));
+        assert!(!Request::new(Orders::parse("1,3", 4).unwrap(), false).wants_from(4));
+    }
+}

@@ -1,0 +1,54 @@
+//! Russian roulette: ends walks at random without moving the mean.
+
+use sampling::math::Spectrum;
+use serde::{Deserialize, Serialize};
+
+/// The highest survival probability, so that a walk in a scene that absorbs nothing ends too.
+pub const MAX_SURVIVAL: f32 = 0.95;
+
+/// Roulette of methods that weight their paths without its probabilities.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Roulette {
+    /// Walks end at the last order asked for.
+    None,
+    /// From a few scatterings on, survival by the walk's throughput.
+    Throughput,
+}
+
+impl Roulette {
+    /// The factor by which a surviving walk's throughput grows, or `None` where the walk ends.
+    ///
+    /// `throughput` is the walk's weight so far relative to its start, `scatterings` how often it has scattered.
+    #[inline]
+    pub fn survive(self, throughput: Spectrum, scatterings: usize, start: usize, u: impl FnOnce() -> f32) -> Option<f32> {
+        if self == Roulette::None || scatterings < start {
+            return Some(1.0);
+        }
+        let survival = throughput.max_component().min(MAX_SURVIVAL);
+        (u() < survival).then(|| 1.0 / survival)
+    }
+}
+
+/// Roulette of bidirectional walks. What decides must be the same seen from both ends of a path, or be left out of both
+/// ends' densities; survival by throughput cannot be, since the other end does not know it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LocalRoulette {
+    /// Walks end at the last order asked for.
+    None,
+    /// At every scattering, survival by the surface's largest albedo, which does not depend on directions; it is part of
+    /// the densities of both ends.
+    Local,
+}
+
+impl LocalRoulette {
+    /// Probability of going on at a surface of the given largest albedo; `cap` bounds it where walks have no last order.
+    #[inline]
+    pub fn survival(self, albedo: f32, cap: f32) -> f32 {
+        match self {
+            LocalRoulette::None => 1.0,
+            LocalRoulette::Local => albedo.min(cap),
+        }
+    }
+}

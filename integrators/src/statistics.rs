@@ -1,0 +1,276 @@
+//! Moments over replicates, held in groups.
+//!
+//! Replicates are added in order to the group at work; a full group is merged into the whole. Any division of replicates
+//! into runs of whole groups therefore gives the same bits as one run. Per pixel, layer and channel there are five numbers
+//! (the sum of the replicate at work, and mean and squared deviations of the group and of the whole): 120 bytes for three channels.
+
+use crate::film::Film;
+use rayon::prelude::*;
+
+/// Replicates in a group.
+pub const GROUP: u32 = 8;
+/// The most layers for which the matrix of covariances is kept; beyond, only the total's variance is.
+pub const MAX_COVARIANCE_LAYERS: usize = 128;
+/// The grid of blocks, at most so many each way, whose means are followed over replicates: the pixels of a splatting method
+/// are correlated, so the variance of a block's mean cannot be had from its pixels' variances.
+pub const BLOCK_GRID: u32 = 16;
+/// Pixels whose cross products are added up in one piece; pieces are added in order.
+const PIECE: usize = 1024;
+
+/// Count, means, squared deviations and their cross products between layers.
+#[derive(Clone, Debug)]
+pub struct ImageMoments {
+    /// Number of replicates.
+    pub count: u32,
+    /// Means, `[pixel][layer][channel]`.
+    pub mean: Vec<f64>,
+    /// Sums of squared deviations, `[pixel][layer][channel]`.
+    pub m2: Vec<f64>,
+    /// Sums over pixels of products of deviations, `[i · layers + j]` for `j ≤ i`; the last entry is that of the layers' sum.
+    pub products: Vec<[f64; 3]>,
+    layers: usize,
+}
+
+impl ImageMoments {
+    /// No replicates yet.
+    pub fn new(pixels: usize, layers: usize) -> Self {
+        let matrix = if layers <= MAX_COVARIANCE_LAYERS { layers * layers } else { 0 };
+        Self {
+            count: 0,
+            mean: vec![0.0; pixels * layers * 3],
+            m2: vec![0.0; pixels * layers * 3],
+            products: vec![[0.0; 3]; matrix + 1],
+            layers,
+        }
+    }
+
+    /// Forgets all replicates.
+    pub fn clear(&mut self) {
+        self.count = 0;
+        self.mean.fill(0.0);
+        self.m2.fill(0.0);
+        self.products.fill([0.0; 3]);
+    }
+
+    /// Adds a replicate whose image is the film's sums divided by `samples` [Welford 1962]. Returns the layers' image means.
+    pub fn push(&mut self, film: &Film, samples: u32) -> Vec<[f64; 3]> {
+        self.count += 1;
+        let (n, scale) = (self.count as f64, 1.0 / samples as f64);
+        let (layers, stride, pixels) = (self.layers, self.layers * 3, self.mean.len() / (self.layers * 3));
+        let entries = self.products.len();
+        let pieces: Vec<_> = self
+            .mean
+            .par_chunks_mut(PIECE * stride)
+            .zip(self.m2.par_chunks_mut(PIECE * stride))
+            .zip(film.sums.par_chunks(PIECE * stride))
+            .map(|((mean, m2), sums)| {
+                let mut piece = Piece::new(layers, entries);
+                for ((mean, m2), sums) in mean.chunks_mut(stride).zip(m2.chunks_mut(stride)).zip(sums.chunks(stride)) {
+                    for i in 0..stride {
+                        let x = sums[i] * scale;
+                        let before = x - mean[i];
+                        mean[i] += before / n;
+                        let after = x - mean[i];
+                        m2[i] += before * after;
+                        piece.before[i] = before;
+                        piece.after[i] = after;
+                        piece.sums[i] += x;
+                    }
+                    piece.add_products();
+                }
+                piece
+            })
+            .collect();
+        let mut means = vec![[0.0; 3]; layers];
+        for piece in &pieces {
+            (0..stride).for_each(|i| means[i / 3][i % 3] += piece.sums[i] / pixels as f64);
+            add(&mut self.products, &piece.products);
+        }
+        means
+    }
+
+    /// Adds all replicates of another set [Chan, Golub & LeVeque 1983].
+    pub fn merge(&mut self, other: &Self) {
+        if other.count == 0 {
+            return;
+        }
+        let (a, b) = (self.count as f64, other.count as f64);
+        let (share, factor) = (b / (a + b), a * b / (a + b));
+        let (layers, stride) = (self.layers, self.layers * 3);
+        let entries = self.products.len();
+        let pieces: Vec<_> = self
+            .mean
+            .par_chunks_mut(PIECE * stride)
+            .zip(self.m2.par_chunks_mut(PIECE * stride))
+            .zip(other.mean.par_chunks(PIECE * stride).zip(other.m2.par_chunks(PIECE * stride)))
+            .map(|((mean, m2), (other_mean, other_m2))| {
+                let mut piece = Piece::new(layers, entries);
+                for start in (0..mean.len()).step_by(stride) {
+                    for i in 0..stride {
+                        let delta = other_mean[start + i] - mean[start + i];
+                        mean[start + i] += delta * share;
+                        m2[start + i] += other_m2[start + i] + delta * delta * factor;
+                        piece.before[i] = delta;
+                        piece.after[i] = delta * factor;
+                    }
+                    piece.add_products();
+                }
+                piece.products
+            })
+            .collect();
+        pieces.iter().for_each(|products| add(&mut self.products, products));
+        add(&mut self.products, &other.products);
+        self.count += other.count;
+    }
+}
+
+/// How an image is divided into blocks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BlockGrid {
+    width: u32,
+    height: u32,
+    /// Blocks in a row.
+    pub columns: u32,
+    /// Rows of blocks.
+    pub rows: u32,
+}
+
+impl BlockGrid {
+    /// The grid of an image of the given size.
+    pub fn new(width: u32, height: u32) -> Self {
+        Self { width, height, columns: width.min(BLOCK_GRID), rows: height.min(BLOCK_GRID) }
+    }
+
+    /// Number of blocks.
+    pub fn count(&self) -> usize {
+        (self.columns * self.rows) as usize
+    }
+
+    /// The block that a pixel belongs to.
+    pub fn block_of(&self, pixel: usize) -> usize {
+        let (x, y) = (pixel as u64 % self.width as u64, pixel as u64 / self.width as u64);
+        let column = x * self.columns as u64 / self.width as u64;
+        let row = y * self.rows as u64 / self.height as u64;
+        (row * self.columns as u64 + column) as usize
+    }
+
+    /// The means over blocks of a film's pixels.
+    pub fn average(&self, film: &Film, layers: usize) -> Film {
+        let stride = layers * 3;
+        let mut blocks = Film::new(self.columns, self.rows, layers);
+        let mut pixels = vec![0_u32; self.count()];
+        for (pixel, sums) in film.sums.chunks(stride).enumerate() {
+            let block = self.block_of(pixel);
+            pixels[block] += 1;
+            blocks.sums[block * stride..(block + 1) * stride].iter_mut().zip(sums).for_each(|(a, b)| *a += b);
+        }
+        for (block, sums) in blocks.sums.chunks_mut(stride).enumerate() {
+            sums.iter_mut().for_each(|s| *s /= pixels[block] as f64);
+        }
+        blocks
+    }
+}
+
+fn add(sum: &mut [[f64; 3]], other: &[[f64; 3]]) {
+    sum.iter_mut().zip(other).for_each(|(s, o)| (0..3).for_each(|c| s[c] += o[c]));
+}
+
+/// Partial sums over a run of pixels.
+struct Piece {
+    layers: usize,
+    before: Vec<f64>,
+    after: Vec<f64>,
+    sums: Vec<f64>,
+    products: Vec<[f64; 3]>,
+}
+
+impl Piece {
+    fn new(layers: usize, entries: usize) -> Self {
+        let stride = layers * 3;
+        Self {
+            layers,
+            before: vec![0.0; stride],
+            after: vec![0.0; stride],
+            sums: vec![0.0; stride],
+            products: vec![[0.0; 3]; entries],
+        }
+    }
+
+    /// Adds the products of one pixel's deviations, before and after its means moved.
+    #[inline]
+    fn add_products(&mut self) {
+        let entries = self.products.len();
+        let (matrix, total) = self.products.split_at_mut(entries - 1);
+        if !matrix.is_empty() {
+            for i in 0..self.layers {
+                let row = &mut matrix[i * self.layers..i * self.layers + i + 1];
+                let before = [self.before[i * 3], self.before[i * 3 + 1], self.before[i * 3 + 2]];
+                for (entry, after) in row.iter_mut().zip(self.after.chunks_exact(3)) {
+                    (0..3).for_each(|c| entry[c] += before[c] * after[c]);
+                }
+            }
+        }
+        for c in 0..3 {
+            let sum = |deviations: &[f64]| deviations.iter().skip(c).step_by(3).sum::<f64>();
+            total[0][c] += sum(&self.before) * sum(&self.after);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAYERS: usize = 3;
+    const PIXELS: usize = 5;
+
+    fn films(count: u32) -> Vec<Film> {
+        let value = |i: usize, r: u32| ((i as f64 * 12.9898 + r as f64 * 78.233).sin() * 43758.5453).fract() + 2.0;
+        (0..count)
+            .map(|r| {
+                let mut film = Film::new(PIXELS as u32, 1, LAYERS);
+                film.sums.iter_mut().enumerate().for_each(|(i, s)| *s = 4.0 * value(i, r));
+                film
+            })
+            .collect()
+    }
+
+    fn moments(films: &[Film]) -> ImageMoments {
+        let mut moments = ImageMoments::new(PIXELS, LAYERS);
+        films.iter().for_each(|f| {
+            moments.push(f, 4);
+        });
+        moments
+    }
+
+    #[test]
+    fn products_are_those_of_two_passes_and_the_total_is_the_sum_of_all_entries() {
+        let films = films(7);
+        let m = moments(&films);
+        let mean = |i: usize| films.iter().map(|f| f.sums[i] / 4.0).sum::<f64>() / 7.0;
+        let mut total = [0.0; 3];
+        for (i, j, c) in (0..LAYERS).flat_map(|i| (0..LAYERS).flat_map(move |j| (0..3).map(move |c| (i, j, c)))) {
+            let mut expected = 0.0;
+            for p in 0..PIXELS {
+                let (a, b) = ((p * LAYERS + i) * 3 + c, (p * LAYERS + j) * 3 + c);
+                expected += films.iter().map(|f| (f.sums[a] / 4.0 - mean(a)) * (f.sums[b] / 4.0 - mean(b))).sum::<f64>();
+            }
+            if j <= i {
+                assert!((m.products[i * LAYERS + j][c] - expected).abs() < 1e-12);
+            }
+            total[c] += expected;
+        }
+        (0..3).for_each(|c| assert!((m.products[LAYERS * LAYERS][c] - total[c]).abs() < 1e-12));
+    }
+
+    #[test]
+    fn merging_groups_equals_one_long_run_to_rounding() {
+        let films = films(11);
+        let (long, mut merged) = (moments(&films), moments(&films[..8]));
+        merged.merge(&moments(&films[8..]));
+        assert_eq!(merged.count, long.count);
+        let close = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
+        assert!(close(&merged.mean, &long.mean) && close(&merged.m2, &long.m2));
+        assert!(close(merged.products.as_flattened(), long.products.as_flattened()));
+    }
+}

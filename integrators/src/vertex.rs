@@ -1,0 +1,70 @@
+//! The vertices that bidirectional methods store.
+
+use sampling::math::Spectrum;
+use sampling::Vec3;
+use scenes::{EmitterId, Endpoint, EndpointKind, Interaction, SurfacePoint};
+
+/// What stands at a vertex.
+#[derive(Clone, Copy, Debug)]
+pub enum Site {
+    /// The camera.
+    Camera,
+    /// An emitter's point where a light subpath starts, or the environment where a camera subpath escapes to.
+    Emitter(EmitterId, Endpoint),
+    /// A surface (which may emit).
+    Surface(Interaction),
+}
+
+/// A vertex of a subpath.
+///
+/// Densities are per area [1/m²], or per solid angle [1/sr] at an environment, of generating *this* vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct PathVertex {
+    /// What stands here.
+    pub site: Site,
+    /// Where.
+    pub at: SurfacePoint,
+    /// Towards the vertex before this one in its subpath; zero at the first.
+    pub wo: Vec3,
+    /// Product of f·cos/pdf (and of what was emitted) up to here.
+    pub beta: Spectrum,
+    /// Density with which its own subpath generated it.
+    pub pdf_fwd: f64,
+    /// Density with which a subpath from the other end would generate it, coming over the next vertex; set by the walk
+    /// once it has scattered at the next vertex.
+    pub pdf_rev: f64,
+    /// Whether the walk left by a delta lobe, so that no connection to this vertex could have made the path.
+    pub delta: bool,
+}
+
+impl PathVertex {
+    /// Whether it stands on an emitter at no place.
+    #[inline]
+    pub fn is_infinite(&self) -> bool {
+        matches!(self.site, Site::Emitter(_, Endpoint { kind: EndpointKind::Infinite, .. }))
+    }
+
+    /// Whether a connection may end here: it scatters, emits or measures into more than single directions.
+    #[inline]
+    pub fn is_connectable(&self) -> bool {
+        match &self.site {
+            Site::Camera | Site::Emitter(..) => true,
+            Site::Surface(interaction) => interaction.is_connectable(),
+        }
+    }
+
+    /// A density per solid angle at `from` as one of generating this vertex: per area, or as it is at an environment.
+    #[inline]
+    pub fn density(&self, pdf: f32, from: Vec3) -> f64 {
+        if self.is_infinite() { pdf as f64 } else { density_at(&self.at, pdf, from) }
+    }
+}
+
+/// A density per solid angle at `from` [1/sr] as one per area at `at` [1/m²]. Off surfaces the density per area facing `from`.
+#[inline]
+pub fn density_at(at: &SurfacePoint, pdf: f32, from: Vec3) -> f64 {
+    let d = at.p - from;
+    let distance_squared = d.length_squared();
+    let cos = if at.ng == Vec3::ZERO { 1.0 } else { at.ng.dot(d).abs() / distance_squared.sqrt() };
+    pdf as f64 * cos as f64 / distance_squared as f64
+}

@@ -1,0 +1,170 @@
+//! Random walks that store their vertices: the subpaths of bidirectional methods.
+
+use crate::measurement::Counters;
+use crate::roulette::LocalRoulette;
+use crate::vertex::{PathVertex, Site, density_at};
+use sampling::Vec3;
+use sampling::bsdf::{BsdfModel, TransportMode};
+use sampling::math::Spectrum;
+use sampling::sampler::{Purpose, Sampler, Subpath};
+use scenes::{Interaction, Ray, Scene};
+
+/// How a subpath is traced.
+#[derive(Clone, Copy, Debug)]
+pub struct WalkRules {
+    /// From which end, and so what it carries.
+    pub subpath: Subpath,
+    /// How it ends.
+    pub roulette: LocalRoulette,
+    /// Highest survival probability of roulette; 1 where walks have a last vertex anyway.
+    pub cap: f32,
+    /// The number of vertices at which it stops; `None` for no such number.
+    pub max_vertices: Option<usize>,
+}
+
+impl WalkRules {
+    /// What the walk carries.
+    #[inline]
+    pub fn mode(&self) -> TransportMode {
+        match self.subpath {
+            Subpath::Camera => TransportMode::Radiance,
+            Subpath::Light => TransportMode::Importance,
+        }
+    }
+
+    /// Whether one more vertex may follow so many.
+    #[inline]
+    pub fn has_room(&self, vertices: usize) -> bool {
+        self.max_vertices.is_none_or(|max| vertices < max)
+    }
+
+    /// Survival probability of roulette at a surface.
+    #[inline]
+    pub fn survival(&self, interaction: &Interaction) -> f32 {
+        match self.roulette {
+            LocalRoulette::None => 1.0,
+            LocalRoulette::Local => self.roulette.survival(interaction.bsdf.survival(), self.cap),
+        }
+    }
+}
+
+/// Where a walk leaves its first vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct Departure {
+    /// The ray.
+    pub ray: Ray,
+    /// Weight of the walk on it.
+    pub beta: Spectrum,
+    /// Density of its direction [1/sr]; where the first vertex is infinitely far, of its position across it [1/m²].
+    pub pdf: f32,
+}
+
+/// Extends a subpath, whose first vertex is there already, until it escapes, is absorbed or has no room.
+///
+/// A camera subpath that escapes to an environment ends with a vertex for it.
+pub fn walk(scene: &Scene, rules: &WalkRules, start: Departure, sampler: &mut Sampler, counters: &mut Counters, vertices: &mut Vec<PathVertex>) {
+    let Departure { mut ray, mut beta, mut pdf } = start;
+    while rules.has_room(vertices.len()) {
+        counters.closest += 1;
+        let previous = vertices[vertices.len() - 1];
+        let Some(hit) = scene.intersect(&ray) else {
+            if rules.subpath == Subpath::Camera {
+                vertices.extend(escape(scene, ray.d, beta, pdf));
+            }
+            return;
+        };
+        let pdf_fwd = match previous.is_infinite() {
+            true => pdf as f64 * hit.point.ng.dot(ray.d).abs() as f64,
+            false => density_at(&hit.point, pdf, previous.at.p),
+        };
+        let mut vertex = PathVertex {
+            site: Site::Surface(hit),
+            at: hit.point,
+            wo: -ray.d,
+            beta,
+            pdf_fwd,
+            pdf_rev: 0.0,
+            delta: false,
+        };
+        let index = vertices.len();
+        if rules.has_room(index + 1) {
+            if let Some(next) = scatter(scene, rules, &hit, &vertex, index, sampler, counters) {
+                vertices[index - 1].pdf_rev = previous.density(next.pdf_rev, hit.point.p);
+                vertex.delta = next.delta;
+                vertices.push(vertex);
+                (ray, pdf) = (hit.point.spawn(next.wi), next.pdf_fwd);
+                beta *= next.weight;
+                continue;
+            }
+        }
+        vertices.push(vertex);
+        return;
+    }
+}
+
+/// One scattering of a walk.
+struct Scattered {
+    wi: Vec3,
+    weight: Spectrum,
+    delta: bool,
+    /// Density of `wi` [1/sr].
+    pdf_fwd: f32,
+    /// Density of `wo` [1/sr] for a walk that comes from `wi`.
+    pdf_rev: f32,
+}
+
+/// Samples the next direction, or ends the walk. Roulette is in the densities of both directions.
+#[inline]
+fn scatter(
+    scene: &Scene,
+    rules: &WalkRules,
+    hit: &Interaction,
+    vertex: &PathVertex,
+    index: usize,
+    sampler: &mut Sampler,
+    counters: &mut Counters,
+) -> Option<Scattered> {
+    sampler.start_vertex(rules.subpath, index as u32);
+    let survival = rules.survival(hit);
+    if survival < 1.0 && sampler.get_1d(Purpose::Roulette) >= survival {
+        return None;
+    }
+    let uc = if !scene.needs.only_lambertian { sampler.get_1d(Purpose::Lobe) } else { 0.0 };
+    let u = sampler.get_2d(Purpose::Direction);
+    counters.bsdf_samples += 1;
+    let sample = hit.sample(vertex.wo, uc, u, rules.mode())?;
+    if sample.weight.is_zero() {
+        return None;
+    }
+    let delta = sample.lobe.is_delta();
+    let (pdf_fwd, pdf_rev) = if delta {
+        // A delta lobe's density is its pmf in units of a Dirac in projected solid angle times η², the measure that
+        // scattering preserves; in it, the two directions' densities are the same number [Veach97, §5.2].
+        let cos = |w: Vec3| w.dot(hit.ns()).abs();
+        (sample.pdf * sample.eta * sample.eta * cos(sample.wi), sample.pdf * cos(vertex.wo))
+    } else {
+        (sample.pdf, hit.pdf(sample.wi, vertex.wo, rules.mode().reversed()))
+    };
+    Some(Scattered {
+        wi: sample.wi,
+        weight: sample.weight / survival,
+        delta,
+        pdf_fwd: pdf_fwd * survival,
+        pdf_rev: pdf_rev * survival,
+    })
+}
+
+/// The vertex at the environment, if there is one.
+fn escape(scene: &Scene, direction: Vec3, beta: Spectrum, pdf: f32) -> Option<PathVertex> {
+    let emitter = scene.environment?;
+    let endpoint = scene.environment_endpoint(direction);
+    Some(PathVertex {
+        site: Site::Emitter(emitter, endpoint),
+        at: endpoint.at,
+        wo: -direction,
+        beta,
+        pdf_fwd: pdf as f64,
+        pdf_rev: 0.0,
+        delta: false,
+    })
+}

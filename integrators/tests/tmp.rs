@@ -1,0 +1,9 @@
+#[path="../../tests/agreement.rs"] mod agreement;
+#[path="../../tests/determinism.rs"] mod determinism;
+#[path="../../tests/meshes.rs"] mod meshes;
+#[path="../../tests/mis_weights.rs"] mod mis_weights;
+#[path="../../tests/needs.rs"] mod needs;
+#[path="../../tests/orders.rs"] mod orders;
+#[path="../../tests/roulette.rs"] mod roulette;
+#[path="../../tests/splats.rs"] mod splats;
+#[path="../../tests/support.rs"] mod support;

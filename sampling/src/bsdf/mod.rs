@@ -1,0 +1,208 @@
+//! Scattering models in the local frame, one file a model.
+//!
+//! To add one: write its file with an `impl BsdfModel`, declare the file as a module here, and put its name into the
+//! `models!` list below. The program, the help and the laws (`tests/bsdf_laws.rs`) read that list.
+//!
+//! Models that reflect are two-sided: they scatter from `wo` to `wi` where both are on one side, whichever it is.
+
+mod dielectric;
+mod fresnel;
+mod ggx;
+mod lambert;
+mod lobes;
+mod mirror;
+mod rough_conductor;
+mod rough_dielectric;
+
+pub use dielectric::Dielectric;
+pub use fresnel::{DielectricFresnel, fresnel_conductor, fresnel_dielectric};
+pub use ggx::Ggx;
+pub use lambert::Lambert;
+pub use lobes::Lobes;
+pub use mirror::Mirror;
+pub use rough_conductor::RoughConductor;
+pub use rough_dielectric::RoughDielectric;
+
+use crate::math::Spectrum;
+use glam::{Vec2, Vec3};
+
+/// What the quantity carried along a walk is.
+///
+/// A walk from the camera carries radiance backwards; one from an emitter carries importance backwards. The two differ
+/// where light crosses into another medium: radiance is scaled by the square of the index [Veach97, section 5.2].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum TransportMode {
+    /// Of walks from the camera; `eval(wo, wi)` is f_s(wi → wo).
+    Radiance,
+    /// Of walks from an emitter; `eval(wo, wi)` is the adjoint f_s*(wi → wo) = f_s(wo → wi).
+    Importance,
+}
+
+impl TransportMode {
+    /// Both modes.
+    pub const ALL: &[Self] = &[Self::Radiance, Self::Importance];
+
+    /// What a walk from the other end carries.
+    #[inline]
+    pub fn reversed(self) -> Self {
+        match self {
+            Self::Radiance => Self::Importance,
+            Self::Importance => Self::Radiance,
+        }
+    }
+
+    /// What a transmitted walk is scaled by, for the relative index η_wi-side / η_wo-side that it crosses.
+    #[inline]
+    pub fn transmission_scale(self, eta: f32) -> f32 {
+        match self {
+            Self::Radiance => 1.0 / (eta * eta),
+            Self::Importance => 1.0,
+        }
+    }
+}
+
+/// A sampled direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BsdfSample {
+    /// The direction, unit, away from the surface.
+    pub wi: Vec3,
+    /// f_s |cos θ_i| / pdf. Of a delta lobe: its share of the energy / pmf.
+    pub weight: Spectrum,
+    /// The density of `wi` [1/sr] over all lobes, as [`BsdfModel::pdf`] has it, and positive. Of a delta lobe: the pmf
+    /// of choosing it, which is the same when seen from `wi`.
+    pub pdf: f32,
+    /// The one lobe that `wi` belongs to.
+    pub lobe: Lobes,
+    /// η_wi-side / η_wo-side; 1 for reflection.
+    pub eta: f32,
+}
+
+/// A scattering model; `wo` and `wi` are unit and in the local frame.
+pub trait BsdfModel: Copy {
+    /// What scene files call it.
+    const NAME: &'static str;
+
+    /// f_s of the non-delta lobes among `lobes` [1/sr], without the cosine.
+    fn eval(&self, wo: Vec3, wi: Vec3, lobes: Lobes, mode: TransportMode) -> Spectrum;
+
+    /// The density with which [`sample`](Self::sample) finds `wi` by a non-delta lobe [1/sr].
+    ///
+    /// Its integral over all `wi` and the pmfs of the delta lobes sum to 1, less the probability of `None`.
+    fn pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> f32;
+
+    /// [`eval`](Self::eval) of all lobes and [`pdf`](Self::pdf) at once.
+    #[inline]
+    fn eval_pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> (Spectrum, f32) {
+        (self.eval(wo, wi, Lobes::ALL, mode), self.pdf(wo, wi, mode))
+    }
+
+    /// A direction to go on in. `uc` chooses the lobe, `u` the direction.
+    ///
+    /// `None`: nothing is scattered this way. It counts as a sample of value zero.
+    fn sample(&self, wo: Vec3, uc: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample>;
+
+    /// Every lobe that it can have with these parameters.
+    fn lobes(&self) -> Lobes;
+
+    /// The probability, in (0, 1], with which a roulette local to the vertex lets a walk go on.
+    ///
+    /// The largest channel of the model's albedo, or a figure near it that depends on no direction, so that it is the
+    /// same for a walk in either sense.
+    fn survival(&self) -> f32;
+
+    /// Parameters to try the laws on: usual ones, extremes, and whatever has a code path of its own. Never empty.
+    fn examples() -> Vec<Self>;
+}
+
+/// A positive albedo as a probability of survival. An albedo of zero ends the walk by its weight, not by roulette.
+#[inline]
+fn survival_of(albedo: Spectrum) -> f32 {
+    let largest = albedo.max_component();
+    if largest > 0.0 { largest.min(1.0) } else { 1.0 }
+}
+
+macro_rules! models {
+    ($($(#[$doc:meta])* $model:ident),* $(,)?) => {
+        /// Any of the models: a small value, copied into every hit.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum Bsdf {
+            $($(#[$doc])* $model($model),)*
+        }
+
+        $(impl From<$model> for Bsdf {
+            #[inline]
+            fn from(model: $model) -> Self {
+                Self::$model(model)
+            }
+        })*
+
+        impl Bsdf {
+            /// The names of all models.
+            pub const NAMES: &[&'static str] = &[$($model::NAME),*];
+
+            /// The examples of all models, each with its model's name.
+            pub fn all_examples() -> Vec<(&'static str, Self)> {
+                let mut all = Vec::new();
+                $(all.extend($model::examples().into_iter().map(|model| ($model::NAME, Self::from(model))));)*
+                all
+            }
+
+            /// The name of this model.
+            pub fn name(&self) -> &'static str {
+                match self { $(Self::$model(_) => $model::NAME,)* }
+            }
+        }
+
+        impl BsdfModel for Bsdf {
+            const NAME: &'static str = "any";
+
+            #[inline]
+            fn eval(&self, wo: Vec3, wi: Vec3, lobes: Lobes, mode: TransportMode) -> Spectrum {
+                match self { $(Self::$model(model) => model.eval(wo, wi, lobes, mode),)* }
+            }
+
+            #[inline]
+            fn pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> f32 {
+                match self { $(Self::$model(model) => model.pdf(wo, wi, mode),)* }
+            }
+
+            #[inline]
+            fn eval_pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> (Spectrum, f32) {
+                match self { $(Self::$model(model) => model.eval_pdf(wo, wi, mode),)* }
+            }
+
+            #[inline]
+            fn sample(&self, wo: Vec3, uc: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
+                match self { $(Self::$model(model) => model.sample(wo, uc, u, mode),)* }
+            }
+
+            #[inline]
+            fn lobes(&self) -> Lobes {
+                match self { $(Self::$model(model) => model.lobes(),)* }
+            }
+
+            #[inline]
+            fn survival(&self) -> f32 {
+                match self { $(Self::$model(model) => model.survival(),)* }
+            }
+
+            fn examples() -> Vec<Self> {
+                Self::all_examples().into_iter().map(|(_, model)| model).collect()
+            }
+        }
+    };
+}
+
+// THE LIST.
+models! {
+    /// Ideal diffuse reflection.
+    Lambert,
+    /// Ideal specular reflection.
+    Mirror,
+    /// A smooth interface between two transparent media.
+    Dielectric,
+    /// A rough metal.
+    RoughConductor,
+    /// A rough interface between two transparent media.
+    RoughDielectric,
+}

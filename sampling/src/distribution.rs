@@ -1,0 +1,262 @@
+//! Piecewise-constant distributions on the unit interval and the unit square.
+//!
+//! Random numbers have 24 bits. A table whose probabilities are not multiples of 2⁻²⁴ would be sampled with slightly
+//! other probabilities than it states, which is a bias; here weights are first rounded to such multiples, none of the
+//! positive ones to zero, and the rounded probabilities are what the table states *and* what it samples.
+
+use glam::{Vec2, vec2};
+use thiserror::Error;
+
+/// The number of different random numbers, 2²⁴.
+pub(crate) const GRID: u32 = 1 << 24;
+
+/// Why weights make no distribution.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum DistributionError {
+    /// There is nothing to choose from.
+    #[error("a distribution needs at least one weight")]
+    Empty,
+    /// More entries than random numbers can tell apart.
+    #[error("a distribution of {0} entries is too long: at most 2²³ are told apart by 24-bit random numbers")]
+    TooMany(usize),
+    /// A weight is negative or not finite.
+    #[error("weight {index} of a distribution is {value}: weights must be finite and not negative")]
+    BadWeight {
+        /// Its position.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// All weights are zero.
+    #[error("all weights of a distribution are zero: at least one must be positive")]
+    AllZero,
+    /// Width times height is not the number of weights.
+    #[error("{weights} weights do not fill a table of {width} × {height}")]
+    BadShape {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// Weights given.
+        weights: usize,
+    },
+}
+
+/// Shares out the 2²⁴ random numbers in proportion to the weights, at least one to each positive weight.
+pub(crate) fn apportion(weights: &[f64]) -> Result<Vec<u32>, DistributionError> {
+    if weights.is_empty() {
+        return Err(DistributionError::Empty);
+    }
+    if weights.len() > (GRID / 2) as usize {
+        return Err(DistributionError::TooMany(weights.len()));
+    }
+    if let Some((index, &value)) = weights.iter().enumerate().find(|(_, w)| !(w.is_finite() && **w >= 0.0)) {
+        return Err(DistributionError::BadWeight { index, value });
+    }
+    let largest = weights.iter().copied().fold(0.0, f64::max);
+    if largest == 0.0 {
+        return Err(DistributionError::AllZero);
+    }
+    // Divided by the largest first, so that the sum cannot overflow.
+    let total: f64 = weights.iter().map(|w| w / largest).sum();
+    let positive = weights.iter().filter(|w| **w > 0.0).count() as u32;
+    let shared = f64::from(GRID - positive);
+    // One for each positive weight; of the rest, cumulative sums are rounded, so that the whole is exact.
+    let (mut cumulative, mut given) = (0.0, 0_u32);
+    let mut counts: Vec<u32> = weights
+        .iter()
+        .map(|w| {
+            cumulative += w / largest;
+            let upto = (cumulative / total * shared).round().min(shared) as u32;
+            let count = upto - given;
+            given = upto;
+            if *w > 0.0 { count + 1 } else { count }
+        })
+        .collect();
+    // The rounding of the sums may leave a few numbers unassigned: they go to the largest.
+    let at_largest = weights.iter().position(|w| *w == largest).unwrap_or(0);
+    counts[at_largest] += GRID - positive - given;
+    Ok(counts)
+}
+
+/// A piecewise-constant density on [0, 1), `n` pieces of equal width.
+#[derive(Clone, Debug)]
+pub struct Piecewise1D {
+    /// The first random number (in units of 2⁻²⁴) of each piece, and 2²⁴ at the end.
+    starts: Vec<u32>,
+}
+
+impl Piecewise1D {
+    /// The density proportional to the weights.
+    pub fn new(weights: &[f64]) -> Result<Self, DistributionError> {
+        let mut start = 0;
+        let mut starts = vec![0];
+        for count in apportion(weights)? {
+            start += count;
+            starts.push(start);
+        }
+        Ok(Self { starts })
+    }
+
+    /// The number of pieces.
+    #[inline]
+    pub fn pieces(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// A point of [0, 1), its density, and its piece.
+    #[inline]
+    pub fn sample(&self, u: f32) -> (f32, f32, usize) {
+        let position = u * GRID as f32;
+        // The last piece that starts at or before the number: empty pieces are never it.
+        let piece = self.starts.partition_point(|&start| start <= position as u32) - 1;
+        let (start, count) = (self.starts[piece], self.starts[piece + 1] - self.starts[piece]);
+        let inside = (position - start as f32) / count as f32;
+        let x = (piece as f32 + inside) / self.pieces() as f32;
+        (x.min(1.0_f32.next_down()), self.density_of(piece), piece)
+    }
+
+    /// The density at a point of [0, 1).
+    #[inline]
+    pub fn pdf(&self, x: f32) -> f32 {
+        self.density_of(self.piece_at(x))
+    }
+
+    #[inline]
+    fn piece_at(&self, x: f32) -> usize {
+        ((x * self.pieces() as f32) as usize).min(self.pieces() - 1)
+    }
+
+    #[inline]
+    fn density_of(&self, piece: usize) -> f32 {
+        (self.starts[piece + 1] - self.starts[piece]) as f32 * (self.pieces() as f32 / GRID as f32)
+    }
+}
+
+/// A piecewise-constant density on [0, 1)², a table of `width` × `height` equal cells.
+#[derive(Clone, Debug)]
+pub struct Piecewise2D {
+    rows: Piecewise1D,
+    /// The distribution within each row; `None` in a row of zeros, which is never sampled.
+    columns: Vec<Option<Piecewise1D>>,
+}
+
+impl Piecewise2D {
+    /// The density proportional to the weights, row by row: x runs fastest.
+    pub fn new(weights: &[f64], width: usize, height: usize) -> Result<Self, DistributionError> {
+        if width.checked_mul(height) != Some(weights.len()) {
+            return Err(DistributionError::BadShape { width, height, weights: weights.len() });
+        }
+        if weights.is_empty() {
+            return Err(DistributionError::Empty);
+        }
+        let mut columns = Vec::with_capacity(height);
+        let mut sums = Vec::with_capacity(height);
+        let largest = weights.iter().copied().fold(0.0, f64::max);
+        for (y, row) in weights.chunks_exact(width).enumerate() {
+            columns.push(match Piecewise1D::new(row) {
+                Ok(row) => Some(row),
+                Err(DistributionError::AllZero) => None,
+                Err(DistributionError::BadWeight { index, value }) => {
+                    return Err(DistributionError::BadWeight { index: y * width + index, value });
+                }
+                Err(error) => return Err(error),
+            });
+            sums.push(row.iter().map(|w| w / largest).sum());
+        }
+        if largest == 0.0 {
+            return Err(DistributionError::AllZero);
+        }
+        Ok(Self { rows: Piecewise1D::new(&sums)?, columns })
+    }
+
+    /// A point of [0, 1)² and its density.
+    #[inline]
+    pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
+        let (y, pdf_y, row) = self.rows.sample(u.y);
+        let (x, pdf_x, _) = self.columns[row].as_ref().expect("a row of zeros is never sampled").sample(u.x);
+        (vec2(x, y), pdf_x * pdf_y)
+    }
+
+    /// The density at a point of [0, 1)².
+    #[inline]
+    pub fn pdf(&self, p: Vec2) -> f32 {
+        let row = self.rows.piece_at(p.y);
+        self.columns[row].as_ref().map_or(0.0, |columns| columns.pdf(p.x) * self.rows.density_of(row))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WEIGHTS: [f64; 7] = [0.0, 1.0, 3.0, 0.0, 1e-30, 2.0, 0.0];
+
+    #[test]
+    fn random_numbers_are_shared_out_completely() {
+        let counts = apportion(&WEIGHTS).expect("good weights");
+        assert_eq!(counts.iter().sum::<u32>(), GRID);
+        for (w, &count) in WEIGHTS.iter().zip(&counts) {
+            let exact = w / 6.0 * f64::from(GRID);
+            assert!((f64::from(count) - exact).abs() < 3.0 && (count > 0) == (*w > 0.0), "{w}: {count}");
+        }
+        for weights in [vec![1e308; 1000], vec![5e-324; 1000], vec![1.0; 1 << 20], vec![7.0]] {
+            assert_eq!(apportion(&weights).expect("good weights").iter().sum::<u32>(), GRID);
+        }
+    }
+
+    #[test]
+    fn bad_weights_are_errors() {
+        assert_eq!(apportion(&[]), Err(DistributionError::Empty));
+        assert_eq!(apportion(&[0.0, 0.0]), Err(DistributionError::AllZero));
+        assert_eq!(apportion(&[1.0, -1.0]), Err(DistributionError::BadWeight { index: 1, value: -1.0 }));
+        assert!(matches!(apportion(&[f64::NAN]), Err(DistributionError::BadWeight { index: 0, .. })));
+        let bad = Piecewise2D::new(&[1.0, 1.0, 1.0, f64::INFINITY], 2, 2).expect_err("infinite");
+        assert_eq!(bad, DistributionError::BadWeight { index: 3, value: f64::INFINITY });
+        assert!(matches!(Piecewise2D::new(&[1.0; 5], 2, 2), Err(DistributionError::BadShape { .. })));
+    }
+
+    #[test]
+    fn a_line_is_sampled_with_exactly_its_density() {
+        let d = Piecewise1D::new(&WEIGHTS).expect("good weights");
+        let total: f64 = (0..7).map(|i| f64::from(d.density_of(i)) / 7.0).sum();
+        assert!((total - 1.0).abs() < 1e-6);
+        let mut hits = [0_u32; 7];
+        let mut last = -1.0;
+        for i in 0..GRID {
+            let (x, pdf, piece) = d.sample(i as f32 / GRID as f32);
+            assert!((0.0..1.0).contains(&x) && x >= last && pdf > 0.0, "{i}: {x}");
+            hits[piece] += 1;
+            last = x;
+        }
+        assert_eq!(hits.to_vec(), apportion(&WEIGHTS).expect("good weights"));
+        let (x, pdf, _) = d.sample(0.3);
+        assert_eq!(pdf, d.pdf(x));
+    }
+
+    #[test]
+    fn a_table_is_sampled_with_its_density() {
+        let (width, height) = (3, 4);
+        let weights = [0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 3.0, 0.0, 1e-9, 1.0, 1.0, 1.0];
+        let d = Piecewise2D::new(&weights, width, height).expect("good weights");
+        let mut mass = [0.0_f64; 12];
+        let side = 1024;
+        for i in 0..side * side {
+            let u = (vec2((i % side) as f32, (i / side) as f32) + 0.5) / side as f32;
+            let (p, pdf) = d.sample(u);
+            assert!(p.x < 1.0 && p.y < 1.0 && p.min_element() >= 0.0);
+            let cell = (p.y * height as f32) as usize * width + (p.x * width as f32) as usize;
+            assert!(weights[cell] > 0.0, "{p}");
+            assert!((pdf / d.pdf(p) - 1.0).abs() < 1e-6);
+            // ∫ 1 dp over the cell, estimated by the samples in it, is its area.
+            mass[cell] += 1.0 / (f64::from(pdf) * (side * side) as f64);
+        }
+        for (w, m) in weights.iter().zip(mass) {
+            assert!(*w < 1e-6 || (m * 12.0 - 1.0).abs() < 0.02, "{w}: {m}");
+        }
+        let integral: f64 = (0..12)
+            .map(|i| f64::from(d.pdf(vec2(((i % 3) as f32 + 0.5) / 3.0, ((i / 3) as f32 + 0.5) / 4.0))) / 12.0)
+            .sum();
+        assert!((integral - 1.0).abs() < 1e-6, "{integral}");
+    }
+}

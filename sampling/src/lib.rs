@@ -1,0 +1,70 @@
+//! The Monte Carlo and BRDF layer of neumann.
+//!
+//! Everything that an estimator is made of and that has no place in a scene: spectra and frames, densities and
+//! their measures, random numbers, warps, distributions, the weights of multiple importance sampling, running
+//! moments, and scattering models. This crate *knows nothing of scenes*: it never meets a ray, a texture or a light.
+//!
+//! # Conventions
+//!
+//! - **Directions** `wo`, `wi` are unit vectors that both point *away* from the surface. Inside this crate they are
+//!   in the local frame, whose z axis is the shading normal. `wo` is where the walk came from, `wi` is sampled.
+//! - **Values**: `eval` returns f_s [1/sr] without the cosine. Delta lobes return zero from `eval` and `pdf`.
+//! - **Densities** are per solid angle [1/sr], per area [1/m²] where the name says `_area`; a choice among `n` is
+//!   a `pmf`. Only [`measure`] converts.
+//! - **Random numbers are arguments**: `u` for a point, `uc` for a choice, each in [0, 1). A failed sample is
+//!   `None`; a value of zero is zero.
+//! - **Precision**: `f32` for transport, `f64` for sums over samples, moments and ratios of densities.
+//! - **Spectra** are linear sRGB ([`Spectrum`]).
+//!
+//! # Modules, in reading order
+//!
+//! 1. [`math`]: spectra, frames, trigonometry of the local frame, reflection and refraction.
+//! 2. [`measure`]: densities per solid angle and per area, the geometry term.
+//! 3. [`rng`] and [`sampler`]: where random numbers come from, and how a draw is addressed.
+//! 4. [`warp`]: points in the unit square become directions and points, each warp beside its density.
+//! 5. [`distribution`] and [`alias`]: tabulated distributions.
+//! 6. [`mis`]: the heuristics that combine sampling techniques.
+//! 7. [`moments`]: mergeable means, variances and covariances.
+//! 8. [`bsdf`]: the scattering models, one file a model, and the list of them.
+//!
+//! # Sources
+//!
+//! The keys by which all crates of neumann cite.
+//!
+//! - `[Chan83]` T. F. Chan, G. H. Golub, R. J. LeVeque: *Algorithms for computing the sample variance*,
+//!   The American Statistician 37(3), 1983.
+//! - `[Duff17]` T. Duff et al.: *Building an orthonormal basis, revisited*, JCGT 6(1), 2017.
+//! - `[Dupuy23]` J. Dupuy, A. Benyoub: *Sampling visible GGX normals with spherical caps*,
+//!   Computer Graphics Forum 42(8), 2023.
+//! - `[Gulbrandsen14]` O. Gulbrandsen: *Artist friendly metallic Fresnel*, JCGT 3(4), 2014.
+//! - `[Heitz14]` E. Heitz: *Understanding the masking-shadowing function in microfacet-based BRDFs*, JCGT 3(2), 2014.
+//! - `[Heitz18]` E. Heitz: *Sampling the GGX distribution of visible normals*, JCGT 7(4), 2018.
+//! - `[Heitz19]` E. Heitz: *A low-distortion map between triangle and square*, HAL-02073696, 2019.
+//! - `[Kensler13]` A. Kensler: *Correlated multi-jittered sampling*, Pixar technical memo 13-01, 2013.
+//! - `[ONeill14]` M. E. O'Neill: *PCG: a family of simple fast space-efficient statistically good algorithms for
+//!   random number generation*, HMC-CS-2014-0905, 2014.
+//! - `[PBRT4]` M. Pharr, W. Jakob, G. Humphreys: *Physically Based Rendering*, 4th edition, 2023.
+//! - `[Shirley97]` P. Shirley, K. Chiu: *A low distortion map between disk and square*, JGT 2(3), 1997.
+//! - `[Steele14]` G. L. Steele, D. Lea, C. H. Flood: *Fast splittable pseudorandom number generators*, OOPSLA 2014.
+//! - `[Trowbridge75]` T. S. Trowbridge, K. P. Reitz: *Average irregularity representation of a rough surface for ray
+//!   reflection*, JOSA 65(5), 1975.
+//! - `[Veach97]` E. Veach: *Robust Monte Carlo methods for light transport simulation*, PhD thesis, Stanford, 1997.
+//! - `[Vose91]` M. D. Vose: *A linear algorithm for generating random numbers with a given distribution*,
+//!   IEEE Transactions on Software Engineering 17(9), 1991.
+//! - `[Walter07]` B. Walter et al.: *Microfacet models for refraction through rough surfaces*, EGSR 2007.
+//! - `[Welford62]` B. P. Welford: *Note on a method for calculating corrected sums of squares and products*,
+//!   Technometrics 4(3), 1962.
+
+pub mod alias;
+pub mod bsdf;
+pub mod distribution;
+pub mod math;
+pub mod measure;
+pub mod mis;
+pub mod moments;
+pub mod rng;
+pub mod sampler;
+pub mod warp;
+
+pub use glam::{Vec2, Vec3, vec2, vec3};
+pub use math::{Frame, Spectrum};

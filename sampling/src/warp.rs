@@ -1,0 +1,147 @@
+//! Warps of the unit square, each beside its density.
+//!
+//! Hemispheres are about +z. All discs come from the concentric map, and caps of spheres from discs, so that strata of
+//! the unit square stay compact.
+
+use glam::{Vec2, Vec3, vec2, vec3};
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, TAU};
+
+/// 1 / π.
+pub const INV_PI: f32 = FRAC_1_PI;
+/// 1 / 2π.
+pub const INV_2PI: f32 = 0.5 * FRAC_1_PI;
+/// 1 / 4π.
+pub const INV_4PI: f32 = 0.25 * FRAC_1_PI;
+
+/// Sine and cosine of an angle in [−π/4, π/4], to 1.2e-7.
+#[inline]
+fn sin_cos_octant(x: f32) -> (f32, f32) {
+    let x2 = x * x;
+    // Minimax polynomials of the Cephes library (sinf, cosf).
+    let sin = x + x * x2 * (-1.666_665_5e-1 + x2 * (8.332_161e-3 + x2 * -1.951_529_6e-4));
+    let cos = 1.0 - 0.5 * x2 + x2 * x2 * (4.166_664_6e-2 + x2 * (-1.388_731_6e-3 + x2 * 2.443_315_7e-5));
+    (sin, cos)
+}
+
+/// Sine and cosine of 2πu for u in [0, 1], to 2e-7.
+#[inline]
+pub fn sin_cos_turns(u: f32) -> (f32, f32) {
+    let quadrant = (4.0 * u + 0.5) as i32;
+    // Exact: both are multiples of 2⁻²⁴ or finer with a difference below 1/8.
+    let remainder = u - 0.25 * quadrant as f32;
+    let (s, c) = sin_cos_octant(TAU * remainder);
+    let (s, c) = if quadrant & 1 == 0 { (s, c) } else { (c, -s) };
+    if quadrant & 2 == 0 { (s, c) } else { (-s, -c) }
+}
+
+/// A uniform point of the unit disc and its exact radius [Shirley97].
+#[inline]
+fn concentric_disk(u: Vec2) -> (Vec2, f32) {
+    let o = 2.0 * u - Vec2::ONE;
+    // In the wedge around x the angle is π/4 · y/x, around y it is π/2 − π/4 · x/y; a negative radius is opposite.
+    let along_x = o.x.abs() > o.y.abs();
+    let (r, across) = if along_x { (o.x, o.y) } else { (o.y, o.x) };
+    if r == 0.0 {
+        return (Vec2::ZERO, 0.0);
+    }
+    let (s, c) = sin_cos_octant(FRAC_PI_4 * (across / r));
+    let (x, y) = if along_x { (c, s) } else { (s, c) };
+    (r * vec2(x, y), r.abs())
+}
+
+/// A uniform point of the unit disc.
+#[inline]
+pub fn uniform_disk(u: Vec2) -> Vec2 {
+    concentric_disk(u).0
+}
+
+/// The density per area of [`uniform_disk`], 1/π.
+#[inline]
+pub fn uniform_disk_pdf_area() -> f32 {
+    INV_PI
+}
+
+/// A direction of the upper hemisphere with a density proportional to its cosine; z may be 0 on a set of density 0.
+#[inline]
+pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
+    let (p, r) = concentric_disk(u);
+    p.extend(((1.0 - r) * (1.0 + r)).sqrt())
+}
+
+/// The density [1/sr] of [`cosine_hemisphere`] at a direction with this cosine, cos⁺θ / π.
+#[inline]
+pub fn cosine_hemisphere_pdf(cos: f32) -> f32 {
+    cos.max(0.0) * INV_PI
+}
+
+/// A uniform direction of the upper hemisphere.
+#[inline]
+pub fn uniform_hemisphere(u: Vec2) -> Vec3 {
+    uniform_cone(u, 1.0)
+}
+
+/// The density [1/sr] of [`uniform_hemisphere`] in its hemisphere, 1/2π.
+#[inline]
+pub fn uniform_hemisphere_pdf() -> f32 {
+    INV_2PI
+}
+
+/// A uniform direction.
+#[inline]
+pub fn uniform_sphere(u: Vec2) -> Vec3 {
+    let (p, r) = concentric_disk(u);
+    let q = (1.0 - r) * (1.0 + r);
+    (p * (2.0 * q.sqrt())).extend(q - r * r)
+}
+
+/// The density [1/sr] of [`uniform_sphere`], 1/4π.
+#[inline]
+pub fn uniform_sphere_pdf() -> f32 {
+    INV_4PI
+}
+
+/// A uniform direction about +z within the angle whose 1 − cos is `one_minus_cos_max`, in (0, 2].
+///
+/// The argument is not the cosine, which could not tell the cone of a distant emitter from nothing; see
+/// [`one_minus_cos`].
+#[inline]
+pub fn uniform_cone(u: Vec2, one_minus_cos_max: f32) -> Vec3 {
+    let (p, r) = concentric_disk(u);
+    let one_minus_cos = r * r * one_minus_cos_max;
+    // sin²θ = (1 − cos θ)(1 + cos θ), and r is already in p.
+    (p * (one_minus_cos_max * (2.0 - one_minus_cos)).sqrt()).extend(1.0 - one_minus_cos)
+}
+
+/// The density [1/sr] of [`uniform_cone`] inside the cone, 1 / (2π (1 − cos θ_max)).
+#[inline]
+pub fn uniform_cone_pdf(one_minus_cos_max: f32) -> f32 {
+    INV_2PI / one_minus_cos_max
+}
+
+/// 1 − cos θ of an angle in [0, π/2] with this sin²θ in [0, 1], without cancellation for tiny angles.
+#[inline]
+pub fn one_minus_cos(sin2: f32) -> f32 {
+    sin2 / (1.0 + (1.0 - sin2).sqrt())
+}
+
+/// Barycentric coordinates (b0, b1, b2) of a uniform point of a triangle [Heitz19].
+#[inline]
+pub fn uniform_triangle(u: Vec2) -> Vec3 {
+    let (b0, b1) = if u.y > u.x {
+        let b0 = 0.5 * u.x;
+        (b0, u.y - b0)
+    } else {
+        let b1 = 0.5 * u.y;
+        (u.x - b1, b1)
+    };
+    vec3(b0, b1, (1.0 - b0 - b1).max(0.0))
+}
+
+/// The density [1/m²] of [`uniform_triangle`] on a triangle of this area [m²].
+#[inline]
+pub fn uniform_triangle_pdf_area(area: f32) -> f32 {
+    1.0 / area
+}
+
+#[cfg(test)]
+mod tests;

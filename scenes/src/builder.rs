@@ -1,0 +1,126 @@
+//! How scenes are made: by scene files, importers, built-ins and tests alike.
+
+mod assemble;
+mod check;
+mod hash;
+mod parts;
+
+pub use crate::camera::CameraSettings;
+pub use crate::emitter::Emission;
+pub use crate::shape::{MeshData, ShapeId};
+
+use crate::error::SceneError;
+use crate::material::{Material, MaterialId};
+use crate::needs::Skip;
+use crate::scene::Scene;
+use crate::shape::Geometry;
+use glam::{DAffine3, DVec3};
+use sampling::math::Spectrum;
+
+/// A scene under construction. Coordinates are `f64`; they are recentred, where the scene lies far from the origin, before
+/// they are rounded to `f32`. What is wrong with the parts is told by [`SceneBuilder::build`].
+#[derive(Clone, Debug)]
+pub struct SceneBuilder {
+    name: String,
+    materials: Vec<Material>,
+    shapes: Vec<Shape>,
+    points: Vec<(DVec3, Spectrum)>,
+    environments: Vec<Spectrum>,
+    camera: Option<CameraSettings>,
+    notes: Vec<String>,
+}
+
+/// A shape as it was given.
+#[derive(Clone, Debug)]
+struct Shape {
+    geometry: Geometry,
+    material: MaterialId,
+    transform: DAffine3,
+    flipped: bool,
+    emission: Option<Emission>,
+}
+
+impl SceneBuilder {
+    /// An empty scene.
+    pub fn new(name: &str) -> Self {
+        SceneBuilder {
+            name: name.to_owned(),
+            materials: Vec::new(),
+            shapes: Vec::new(),
+            points: Vec::new(),
+            environments: Vec::new(),
+            camera: None,
+            notes: Vec::new(),
+        }
+    }
+
+    /// Adds a material.
+    pub fn material(&mut self, material: impl Into<Material>) -> MaterialId {
+        self.materials.push(material.into());
+        MaterialId((self.materials.len() - 1) as u32)
+    }
+
+    /// Adds a parallelogram with one corner at `origin`; its front is where `edge_u × edge_v` points.
+    pub fn quad(&mut self, origin: DVec3, edge_u: DVec3, edge_v: DVec3, material: MaterialId) -> ShapeId {
+        self.shape(Geometry::Quad { origin, edge_u, edge_v }, material)
+    }
+
+    /// Adds a sphere; its front is outside.
+    pub fn sphere(&mut self, center: DVec3, radius: f64, material: MaterialId) -> ShapeId {
+        self.shape(Geometry::Sphere { center, radius }, material)
+    }
+
+    /// Adds a triangle mesh; its front is where its vertices run counter-clockwise.
+    pub fn mesh(&mut self, mesh: MeshData, material: MaterialId) -> ShapeId {
+        self.shape(Geometry::Mesh(mesh), material)
+    }
+
+    fn shape(&mut self, geometry: Geometry, material: MaterialId) -> ShapeId {
+        self.shapes.push(Shape { geometry, material, transform: DAffine3::IDENTITY, flipped: false, emission: None });
+        ShapeId((self.shapes.len() - 1) as u32)
+    }
+
+    /// Transforms a shape, after what it was transformed by before: any affine map for quads and meshes, a similarity for
+    /// spheres. The front becomes the image of the front, mirrored or not.
+    pub fn transform(&mut self, shape: ShapeId, transform: DAffine3) {
+        let shape = &mut self.shapes[shape.0 as usize];
+        shape.transform = transform * shape.transform;
+    }
+
+    /// Turns a shape's front over.
+    pub fn flip(&mut self, shape: ShapeId) {
+        let shape = &mut self.shapes[shape.0 as usize];
+        shape.flipped = !shape.flipped;
+    }
+
+    /// Makes a shape emit.
+    pub fn emit(&mut self, shape: ShapeId, emission: Emission) {
+        self.shapes[shape.0 as usize].emission = Some(emission);
+    }
+
+    /// Adds a point emitter of this radiant intensity \[W/sr\].
+    pub fn point_emitter(&mut self, position: DVec3, intensity: Spectrum) {
+        self.points.push((position, intensity));
+    }
+
+    /// Lets light of this radiance \[W/(m²·sr)\] arrive from all directions.
+    pub fn environment(&mut self, radiance: Spectrum) {
+        self.environments.push(radiance);
+    }
+
+    /// Places the camera.
+    pub fn camera(&mut self, settings: CameraSettings) {
+        self.camera = Some(settings);
+    }
+
+    /// Notes what was approximated or left out.
+    pub fn note(&mut self, text: String) {
+        self.notes.push(text);
+    }
+
+    /// Builds the scene, or says what is wrong with it.
+    pub fn build(self, skip: Skip) -> Result<Scene, SceneError> {
+        check::check(&self)?;
+        assemble::assemble(self, skip)
+    }
+}

@@ -1,0 +1,153 @@
+//! What can be said to be wrong with a scene before anything is computed.
+
+use super::{SceneBuilder, Shape};
+use crate::error::SceneError;
+use crate::material::Material;
+use crate::shape::Geometry;
+use crate::texture::Texture;
+use glam::DMat3;
+use sampling::bsdf::Bsdf;
+use sampling::math::Spectrum;
+
+/// How far an albedo may exceed 1, for what rounding makes of exact numbers.
+const ALBEDO_SLACK: f32 = 1e-6;
+
+pub(super) fn check(builder: &SceneBuilder) -> Result<(), SceneError> {
+    if builder.camera.is_none() {
+        return Err(SceneError::invalid(
+            "the scene has no camera",
+            "add one with a position, a target and a field of view",
+        ));
+    }
+    for (index, material) in builder.materials.iter().enumerate() {
+        match material {
+            Material::Constant(Bsdf::Lambert(lambert)) => check_albedo(lambert.albedo, &format!("material {index}"))?,
+            Material::Constant(_) => {}
+            Material::Lambert { albedo: Texture::Constant(value) } => {
+                check_albedo(*value, &format!("material {index}"))?
+            }
+            Material::Lambert { albedo } if albedo.is_valid() => {}
+            Material::Lambert { .. } => return Err(bad_texture(&format!("the albedo of material {index}"))),
+        }
+    }
+    for (index, shape) in builder.shapes.iter().enumerate() {
+        check_shape(shape, &shape.name(index), builder.materials.len())?;
+    }
+    for (position, intensity) in &builder.points {
+        check_light(*intensity, "a point emitter's intensity")?;
+        if !position.is_finite() {
+            return Err(not_finite("a point emitter's position"));
+        }
+    }
+    for radiance in &builder.environments {
+        check_light(*radiance, "the environment's radiance")?;
+    }
+    if builder.environments.len() > 1 {
+        return Err(SceneError::invalid(
+            format!("the scene has {} environments", builder.environments.len()),
+            "keep one, with the sum of their radiances",
+        ));
+    }
+    Ok(())
+}
+
+impl Shape {
+    /// What messages call it.
+    pub(super) fn name(&self, index: usize) -> String {
+        let kind = match self.geometry {
+            Geometry::Quad { .. } => "quad",
+            Geometry::Sphere { .. } => "sphere",
+            Geometry::Mesh(_) => "mesh",
+        };
+        format!("shape {} (a {kind})", index + 1)
+    }
+}
+
+fn check_shape(shape: &Shape, name: &str, materials: usize) -> Result<(), SceneError> {
+    if shape.material.0 as usize >= materials {
+        return Err(SceneError::invalid(
+            format!("{name} has material {}, but there are {materials}", shape.material.0),
+            "add the material first",
+        ));
+    }
+    if !shape.transform.is_finite() {
+        return Err(not_finite(&format!("the transform of {name}")));
+    }
+    match &shape.geometry {
+        Geometry::Quad { origin, edge_u, edge_v } => {
+            if !(origin.is_finite() && edge_u.is_finite() && edge_v.is_finite()) {
+                return Err(not_finite(name));
+            }
+        }
+        Geometry::Sphere { center, radius } => {
+            if !center.is_finite() {
+                return Err(not_finite(name));
+            }
+            if !(radius.is_finite() && *radius > 0.0) {
+                return Err(SceneError::invalid(format!("{name} has radius {radius}"), "give a positive radius"));
+            }
+            similarity_scale(&shape.transform.matrix3).ok_or_else(|| {
+                SceneError::invalid(
+                    format!("the transform of {name} does not leave it a sphere"),
+                    "scale it by the same factor along all axes, or use a mesh",
+                )
+            })?;
+        }
+        Geometry::Mesh(mesh) => mesh.check().map_err(|error| renamed(error, name))?,
+    }
+    match &shape.emission {
+        Some(emission) if !emission.radiance.is_valid() => Err(bad_texture(&format!("the radiance of {name}"))),
+        Some(emission) => match emission.radiance {
+            Texture::Constant(value) => check_light(value, &format!("the radiance of {name}")),
+            Texture::Ramp { .. } => Ok(()),
+        },
+        None => Ok(()),
+    }
+}
+
+/// The factor by which a similarity scales lengths; None for any other map.
+pub(super) fn similarity_scale(matrix: &DMat3) -> Option<f64> {
+    let scale = matrix.determinant().abs().cbrt();
+    let gram = matrix.transpose() * *matrix;
+    let square = DMat3::IDENTITY * (scale * scale);
+    let off = (gram - square).to_cols_array().into_iter().fold(0.0f64, |off, entry| off.max(entry.abs()));
+    (scale > 0.0 && off <= 1e-9 * scale * scale).then_some(scale)
+}
+
+/// An albedo must be in [0, 1] for a surface not to make light.
+pub(super) fn check_albedo(albedo: Spectrum, name: &str) -> Result<(), SceneError> {
+    let inside = albedo.to_array().into_iter().all(|channel| (0.0..=1.0 + ALBEDO_SLACK).contains(&channel));
+    if inside {
+        return Ok(());
+    }
+    let message = format!("the albedo of {name} reaches {:?}", albedo.to_array());
+    Err(SceneError::invalid(message, "keep every channel between 0 and 1"))
+}
+
+/// Emitted light must be finite and not negative.
+pub(super) fn check_light(value: Spectrum, name: &str) -> Result<(), SceneError> {
+    if value.to_array().into_iter().all(|channel| channel.is_finite() && channel >= 0.0) {
+        return Ok(());
+    }
+    let message = format!("{name} reaches {:?}", value.to_array());
+    Err(SceneError::invalid(message, "give finite numbers that are not negative"))
+}
+
+fn bad_texture(name: &str) -> SceneError {
+    SceneError::invalid(
+        format!("{name} has a ramp with a scale of 0 or a number that is not finite"),
+        "give finite numbers",
+    )
+}
+
+fn not_finite(name: &str) -> SceneError {
+    SceneError::invalid(format!("{name} has a coordinate that is not finite"), "give finite numbers")
+}
+
+/// The same error, telling which mesh it is about.
+fn renamed(mut error: SceneError, name: &str) -> SceneError {
+    if let SceneError::Invalid { message, .. } = &mut error {
+        *message = format!("{name}: {message}");
+    }
+    error
+}

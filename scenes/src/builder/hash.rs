@@ -1,0 +1,94 @@
+//! The hash by which results know their scene.
+
+use crate::camera::Camera;
+use crate::emitter::{Emitter, EmitterId};
+use crate::material::Material;
+use crate::shape::{Sphere, Triangle};
+use crate::surface::{Attributes, Surface, TriangleInfo};
+use std::fmt::Debug;
+
+/// Everything an image depends on.
+pub(super) struct Content<'a> {
+    pub triangles: &'a [Triangle],
+    pub infos: &'a [TriangleInfo],
+    pub spheres: &'a [Sphere],
+    pub sphere_surfaces: &'a [u32],
+    pub surfaces: &'a [Surface],
+    pub attributes: &'a [Attributes],
+    pub materials: &'a [Material],
+    pub emitters: &'a [Emitter],
+    pub environment: Option<EmitterId>,
+    pub camera: &'a Camera,
+}
+
+/// The BLAKE3 hash of a scene's content, in hexadecimal digits. Floats count by their bits.
+pub(super) fn hash(content: &Content) -> String {
+    let mut hasher = Writer { hasher: blake3::Hasher::new(), buffer: Vec::with_capacity(BUFFER) };
+    hasher.section("triangles", content.triangles.len());
+    for triangle in content.triangles {
+        triangle.0.iter().for_each(|v| hasher.floats(v.to_array()));
+    }
+    hasher.section("surfaces of triangles", content.infos.len());
+    content.infos.iter().for_each(|info| hasher.bytes(&info.surface.to_le_bytes()));
+    hasher.section("attributes", content.attributes.len());
+    for attributes in content.attributes {
+        hasher.section("first", attributes.first as usize);
+        attributes.triangles.iter().flatten().for_each(|&vertex| hasher.bytes(&vertex.to_le_bytes()));
+        hasher.section("normals", attributes.normals.len());
+        attributes.normals.iter().for_each(|n| hasher.floats(n.to_array()));
+        hasher.section("uvs", attributes.uvs.len());
+        attributes.uvs.iter().for_each(|uv| hasher.floats(uv.to_array()));
+    }
+    hasher.listing("spheres", content.spheres);
+    hasher.listing("surfaces of spheres", content.sphere_surfaces);
+    hasher.listing("surfaces", content.surfaces);
+    hasher.listing("materials", content.materials);
+    hasher.section("emitters", content.emitters.len());
+    for emitter in content.emitters {
+        match emitter {
+            // The triangles have been counted already.
+            Emitter::Area(area) => hasher.listing("area", &[area.emission]),
+            other => hasher.listing("other", std::slice::from_ref(other)),
+        }
+    }
+    hasher.listing("environment", content.environment.as_slice());
+    hasher.listing("camera", std::slice::from_ref(content.camera));
+    hasher.finish()
+}
+
+const BUFFER: usize = 1 << 16;
+
+/// Collects small pieces before they are hashed, which is far faster.
+struct Writer {
+    hasher: blake3::Hasher,
+    buffer: Vec<u8>,
+}
+
+impl Writer {
+    fn bytes(&mut self, bytes: &[u8]) {
+        if self.buffer.len() + bytes.len() > BUFFER {
+            self.hasher.update(&self.buffer);
+            self.buffer.clear();
+        }
+        self.buffer.extend_from_slice(bytes);
+    }
+
+    fn floats<const N: usize>(&mut self, values: [f32; N]) {
+        values.iter().for_each(|value| self.bytes(&value.to_bits().to_le_bytes()));
+    }
+
+    fn section(&mut self, name: &str, count: usize) {
+        self.bytes(format!("{name} {count};").as_bytes());
+    }
+
+    /// Small things count by how they are printed, which tells all floats apart.
+    fn listing<T: Debug>(&mut self, name: &str, values: &[T]) {
+        self.section(name, values.len());
+        values.iter().for_each(|value| self.bytes(format!("{value:?};").as_bytes()));
+    }
+
+    fn finish(mut self) -> String {
+        self.hasher.update(&self.buffer);
+        self.hasher.finalize().to_hex().to_string()
+    }
+}

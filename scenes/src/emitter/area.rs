@@ -1,0 +1,176 @@
+//! Surfaces that emit.
+
+use super::{Endpoint, EndpointKind, LeSample, LiSample};
+use crate::ray::SurfacePoint;
+use crate::shape::{Parallelogram, Sphere, Triangle};
+use crate::texture::Texture;
+use sampling::math::{Frame, Spectrum};
+use sampling::{Vec2, Vec3, measure, vec2, warp};
+use std::f64::consts::PI;
+
+/// What a shape emits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Emission {
+    /// Radiance \[W/(m²·sr)\].
+    pub radiance: Texture,
+    /// True if the back emits as the front does.
+    pub two_sided: bool,
+}
+
+/// The area an emitter samples.
+#[derive(Clone, Debug)]
+pub enum AreaShape {
+    /// A parallelogram.
+    Quad(Parallelogram),
+    /// A sphere.
+    Sphere(Sphere),
+    /// A mesh: a triangle is chosen in proportion to its area.
+    Mesh {
+        /// The triangles with their front normals.
+        triangles: Vec<(Triangle, Vec3)>,
+        /// The sum of the areas up to and including each triangle \[m²\].
+        cumulative: Vec<f64>,
+    },
+}
+
+/// A surface that emits, with the same radiance in all directions of its front (or of both sides).
+#[derive(Clone, Debug)]
+pub struct AreaEmitter {
+    /// What is sampled.
+    pub shape: AreaShape,
+    /// What it emits.
+    pub emission: Emission,
+    /// Surface area \[m²\], one side.
+    pub area: f32,
+    /// Mean radiance over the area.
+    pub mean_radiance: Spectrum,
+}
+
+impl AreaEmitter {
+    /// Emitted power \[W\], the mean of the channels: π·A·(mean radiance), twice that if two-sided.
+    pub fn power(&self) -> f64 {
+        let sides = if self.emission.two_sided { 2.0 } else { 1.0 };
+        sides * PI * f64::from(self.area) * f64::from(self.mean_radiance.mean())
+    }
+
+    /// The radiance emitted at a surface point in direction `w` (unit, away from the surface).
+    #[inline]
+    pub fn le(&self, at: &SurfacePoint, w: Vec3) -> Spectrum {
+        if self.emission.two_sided || at.ng.dot(w) > 0.0 { self.emission.radiance.at(at.p) } else { Spectrum::ZERO }
+    }
+
+    /// A point uniform over the area.
+    #[inline]
+    fn sample_area(&self, u: Vec2) -> SurfacePoint {
+        match &self.shape {
+            AreaShape::Quad(quad) => quad.sample(u),
+            AreaShape::Sphere(sphere) => sphere.sample_area(u).at,
+            AreaShape::Mesh { triangles, cumulative } => {
+                let position = f64::from(u.x) * cumulative[cumulative.len() - 1];
+                let index = cumulative.partition_point(|&area| area <= position).min(triangles.len() - 1);
+                let before = if index == 0 { 0.0 } else { cumulative[index - 1] };
+                let rest = ((position - before) / (cumulative[index] - before)) as f32;
+                let b = warp::uniform_triangle(vec2(rest.min(1.0f32.next_down()), u.y));
+                let (triangle, ng) = &triangles[index];
+                triangle.point([b.y.into(), b.z.into()], *ng)
+            }
+        }
+    }
+
+    /// A sphere whose outside emits is sampled by the cone it fills, where it is seen from outside.
+    #[inline]
+    fn cone_sphere(&self) -> Option<&Sphere> {
+        match &self.shape {
+            AreaShape::Sphere(sphere) if self.emission.two_sided || !sphere.flipped => Some(sphere),
+            _ => None,
+        }
+    }
+
+    /// A point of the surface for a point to be lit; None if that point is on a side that is dark.
+    #[inline]
+    pub fn sample_li(&self, p_ref: Vec3, u: Vec2) -> Option<LiSample> {
+        if let Some(cone) = self.cone_sphere().and_then(|sphere| sphere.sample_cone(p_ref, u)) {
+            return Some(LiSample {
+                endpoint: Endpoint { at: cone.at, kind: EndpointKind::Surface },
+                wi: cone.wi,
+                distance: cone.distance,
+                li: self.emission.radiance.at(cone.at.p),
+                pdf: cone.pdf,
+                delta: false,
+            });
+        }
+        let at = self.sample_area(u);
+        let to_emitter = at.p - p_ref;
+        let distance = to_emitter.length();
+        let wi = to_emitter / distance;
+        let cos = -wi.dot(at.ng);
+        let faces = cos > 0.0 || (self.emission.two_sided && cos < 0.0);
+        if !faces {
+            return None;
+        }
+        Some(LiSample {
+            endpoint: Endpoint { at, kind: EndpointKind::Surface },
+            wi,
+            distance,
+            li: self.emission.radiance.at(at.p),
+            pdf: measure::area_to_solid_angle(1.0 / self.area, p_ref, at.p, at.ng),
+            delta: false,
+        })
+    }
+
+    /// The density of `sample_li` at a point of the surface \[1/sr\]; 0 where it faces away.
+    #[inline]
+    pub fn pdf_li(&self, p_ref: Vec3, at: &SurfacePoint, wi: Vec3) -> f32 {
+        let cos = -wi.dot(at.ng);
+        let faces = cos > 0.0 || (self.emission.two_sided && cos < 0.0);
+        if !faces {
+            return 0.0;
+        }
+        if let Some(pdf) = self.cone_sphere().and_then(|sphere| sphere.pdf_cone(p_ref)) {
+            return pdf;
+        }
+        measure::area_to_solid_angle(1.0 / self.area, p_ref, at.p, at.ng)
+    }
+
+    /// A position uniform over the area and a direction in proportion to the cosine; both sides alike if two-sided.
+    #[inline]
+    pub fn sample_le(&self, u_p: Vec2, u_d: Vec2) -> Option<LeSample> {
+        let at = self.sample_area(u_p);
+        let (normal, u_d) = self.choose_side(at.ng, u_d);
+        let local = warp::cosine_hemisphere(u_d);
+        if local.z <= 0.0 {
+            return None;
+        }
+        let d = Frame::from_z(normal).to_world(local);
+        Some(LeSample {
+            endpoint: Endpoint { at, kind: EndpointKind::Surface },
+            ray: at.spawn(d),
+            le: self.emission.radiance.at(at.p),
+            pdf_p: 1.0 / self.area,
+            pdf_d: self.side_pmf() * warp::cosine_hemisphere_pdf(local.z),
+            cos: local.z,
+        })
+    }
+
+    /// The densities of `sample_le`: of the position \[1/m²\] and of the direction \[1/sr\], 0 on a dark side.
+    #[inline]
+    pub fn pdf_le(&self, at: &SurfacePoint, d: Vec3) -> (f32, f32) {
+        let cos = at.ng.dot(d);
+        let lit = if self.emission.two_sided { cos.abs() } else { cos.max(0.0) };
+        (1.0 / self.area, self.side_pmf() * warp::cosine_hemisphere_pdf(lit))
+    }
+
+    #[inline]
+    fn side_pmf(&self) -> f32 {
+        if self.emission.two_sided { 0.5 } else { 1.0 }
+    }
+
+    /// The normal of the side to emit from, and what is left of the random numbers.
+    #[inline]
+    fn choose_side(&self, ng: Vec3, u: Vec2) -> (Vec3, Vec2) {
+        if !self.emission.two_sided {
+            return (ng, u);
+        }
+        if u.x < 0.5 { (ng, vec2(2.0 * u.x, u.y)) } else { (-ng, vec2(2.0 * u.x - 1.0, u.y)) }
+    }
+}

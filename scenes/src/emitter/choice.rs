@@ -1,0 +1,55 @@
+//! Which emitter to sample: in proportion to power.
+
+use super::{Emitter, EmitterId};
+use crate::needs::Skip;
+use sampling::alias::AliasTable;
+
+/// The choice among a scene's emitters, in proportion to their power. An emitter without power is never chosen.
+#[derive(Clone, Debug)]
+pub(crate) enum EmitterChoice {
+    /// No emitter has power.
+    None,
+    /// One emitter has it all.
+    One(EmitterId),
+    /// A table.
+    Table(AliasTable),
+}
+
+impl EmitterChoice {
+    /// The choice among these emitters.
+    pub fn new(emitters: &[Emitter], skip: Skip) -> Self {
+        let powers: Vec<f64> = emitters.iter().map(Emitter::power).collect();
+        let mut bright = powers.iter().enumerate().filter(|(_, power)| **power > 0.0);
+        match (bright.next(), bright.next()) {
+            (None, _) => EmitterChoice::None,
+            (Some((index, _)), None) if skip == Skip::Unneeded => EmitterChoice::One(EmitterId(index as u32)),
+            _ => match AliasTable::new(&powers) {
+                Ok(table) => EmitterChoice::Table(table),
+                Err(_) => EmitterChoice::None,
+            },
+        }
+    }
+
+    /// An emitter and the probability of choosing it.
+    #[inline]
+    pub fn sample(&self, uc: f32) -> Option<(EmitterId, f32)> {
+        match self {
+            EmitterChoice::None => None,
+            EmitterChoice::One(id) => Some((*id, 1.0)),
+            EmitterChoice::Table(table) => {
+                let (index, pmf, _) = table.sample(uc);
+                Some((EmitterId(index as u32), pmf))
+            }
+        }
+    }
+
+    /// The probability of choosing an emitter.
+    #[inline]
+    pub fn pmf(&self, id: EmitterId) -> f32 {
+        match self {
+            EmitterChoice::None => 0.0,
+            EmitterChoice::One(one) => f32::from(u8::from(*one == id)),
+            EmitterChoice::Table(table) => table.pmf(id.0 as usize),
+        }
+    }
+}

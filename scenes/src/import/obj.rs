@@ -1,0 +1,297 @@
+//! Wavefront OBJ with its MTL libraries.
+//!
+//! The geometry is read by `tobj` from a text that has been checked and made plain first; faces may be any simple
+//! polygons. `usemtl` and `g` divide it into groups, each of which becomes one shape, and one emitter if its material
+//! has `Ke`; the front of a face, which emits, is where its corners run counter-clockwise, or where its normals point
+//! if it has any. What becomes of a material is [`appearance`](super::appearance)'s rule.
+//!
+//! A library is looked for by the path after `mtllib`, from the OBJ's folder; then by its file name in that folder;
+//! then each word of the line likewise. A library or a material that cannot be found gives a note, and a matte grey.
+//!
+//! An OBJ that is a whole scene gets a camera by [`viewpoint`]'s rule, and, if nothing in it emits, an environment of
+//! radiance 1.
+
+use std::collections::HashMap;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use sampling::math::Spectrum;
+use sampling::{Vec2, vec2};
+
+use super::appearance::Appearance;
+use super::source::{self, Source};
+use super::{mtl, polygon, solid, viewpoint};
+use crate::builder::{Emission, MeshData, SceneBuilder, ShapeId};
+use crate::error::SceneError;
+use crate::material::MaterialId;
+use crate::texture::Texture;
+
+/// An OBJ file with its materials.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// Triangles by group and material.
+    pub groups: Vec<Group>,
+    /// The materials by name.
+    pub appearances: Vec<(String, Appearance)>,
+    /// What was approximated, and what was not found.
+    pub notes: Vec<String>,
+}
+
+/// The triangles of one group and material.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// The name of the group.
+    pub name: String,
+    /// The triangles.
+    pub mesh: MeshData,
+    /// Index of the material in [`Model::appearances`].
+    pub appearance: usize,
+}
+
+/// What a scene file says in place of a mesh file.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Overrides {
+    /// The material of all groups.
+    pub material: Option<MaterialId>,
+    /// The emission of the file's materials is left out.
+    pub no_emission: bool,
+}
+
+impl Model {
+    /// Reads a file and its libraries.
+    pub fn open(path: &Path) -> Result<Self, SceneError> {
+        let unreadable = |error| SceneError::unreadable(path, error, "give the path of an OBJ file");
+        let bytes = std::fs::read(path).map_err(unreadable)?;
+        let source = source::prepare(path, &source::decode(path, &bytes)?)?;
+        if source.faces == 0 {
+            return Err(SceneError::invalid("the file holds no faces", "add `f` lines").in_file(path));
+        }
+        let mut notes = Vec::new();
+        for (keyword, (line, count)) in &source.ignored {
+            notes.push(format!("{}:{line}: `{keyword}` is not read ({count} of them)", path.display()));
+        }
+        let mut appearances = read_libraries(path, &source, &mut notes)?;
+        let groups = read_groups(path, &source, &mut appearances, &mut notes)?;
+        let mut model = Model { groups, appearances, notes };
+        model.mend_glass();
+        Ok(model)
+    }
+
+    /// Adds all groups to a scene; returns the shapes with the points they span.
+    pub fn add_to(&self, builder: &mut SceneBuilder, overrides: Overrides) -> Vec<(ShapeId, Vec<DVec3>)> {
+        self.notes.iter().for_each(|note| builder.note(note.clone()));
+        let mut ids: HashMap<usize, MaterialId> = HashMap::new();
+        let mut shapes = Vec::new();
+        for group in self.groups.iter().filter(|group| !group.mesh.triangles.is_empty()) {
+            let appearance = &self.appearances[group.appearance].1;
+            let material = match overrides.material {
+                Some(material) => material,
+                None => *ids.entry(group.appearance).or_insert_with(|| builder.material(appearance.bsdf)),
+            };
+            let shape = builder.mesh(group.mesh.clone(), material);
+            if let Some(radiance) = appearance.emission.filter(|_| !overrides.no_emission) {
+                builder.emit(shape, Emission { radiance: Texture::Constant(radiance), two_sided: false });
+            }
+            shapes.push((shape, group.mesh.positions.clone()));
+        }
+        shapes
+    }
+
+    /// Whether any group emits.
+    pub fn emits(&self) -> bool {
+        self.groups.iter().any(|group| self.appearances[group.appearance].1.emission.is_some())
+    }
+
+    /// Turns the faces of closed glass outwards, and takes its faces out that lie in opaque ones.
+    fn mend_glass(&mut self) {
+        let transmits: Vec<bool> = self.groups.iter().map(|g| self.appearances[g.appearance].1.transmits()).collect();
+        for i in (0..self.groups.len()).filter(|&i| transmits[i]) {
+            let mut mesh = std::mem::take(&mut self.groups[i].mesh);
+            let found = solid::orient_outwards(&mut mesh);
+            let opaque = (0..self.groups.len()).filter(|&j| !transmits[j]);
+            let opaque: Vec<&MeshData> = opaque.map(|j| &self.groups[j].mesh).collect();
+            let removed = solid::remove_contacts(&mut mesh, &opaque);
+            self.groups[i].mesh = mesh;
+            let name = &self.appearances[self.groups[i].appearance].0;
+            let mut note = |what: String| self.notes.push(format!("material `{name}`: {what}"));
+            if !found.closed {
+                note("it is glass but not closed: the back of its faces counts as inside".to_string());
+            }
+            if found.turned > 0 {
+                note(format!("{} triangles of a closed body were turned to face outwards", found.turned));
+            }
+            if removed > 0 {
+                note(format!("{removed} triangles in the plane of an opaque surface are left out: optical contact"));
+            }
+        }
+    }
+}
+
+/// Opens an OBJ file as a whole scene.
+pub fn scene(path: &Path, name: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder, SceneError> {
+    let model = Model::open(path)?;
+    let mut builder = SceneBuilder::new(name);
+    model.add_to(&mut builder, Overrides::default());
+    if !model.emits() {
+        builder.environment(Spectrum::ONE);
+        builder.note("nothing in the file emits: it is lit by an environment of radiance 1".to_string());
+    }
+    let meshes: Vec<&MeshData> = model.groups.iter().map(|group| &group.mesh).collect();
+    let camera = viewpoint::choose(&meshes, model.emits(), size.unwrap_or((256, 256)));
+    let at = camera.position;
+    builder.note(format!("the file has no camera: one was placed at ({:.4}, {:.4}, {:.4})", at.x, at.y, at.z));
+    builder.camera(camera);
+    Ok(builder)
+}
+
+/// Reads every library that can be found, and notes those that cannot.
+fn read_libraries(
+    path: &Path,
+    source: &Source,
+    notes: &mut Vec<String>,
+) -> Result<Vec<(String, Appearance)>, SceneError> {
+    let mut appearances: Vec<(String, Appearance)> = Vec::new();
+    for (line, stated) in &source.libraries {
+        let files = find_library(path.parent().unwrap_or(Path::new("")), stated);
+        if files.is_empty() {
+            notes.push(format!(
+                "{}:{line}: the material library `{stated}` was not found; put it beside the OBJ file",
+                path.display()
+            ));
+        }
+        for file in files {
+            let unreadable = |error| SceneError::unreadable(&file, error, "make the material library readable");
+            let bytes = std::fs::read(&file).map_err(unreadable)?;
+            for statements in mtl::parse(&file, &source::decode(&file, &bytes)?)? {
+                let used = source.materials.contains_key(&statements.name);
+                if !used || appearances.iter().any(|(name, _)| *name == statements.name) {
+                    continue;
+                }
+                let appearance = Appearance::of(&statements);
+                let place = format!("{}:{}: material `{}`", file.display(), statements.line, statements.name);
+                notes.extend(appearance.notes.iter().map(|note| format!("{place}: {note}")));
+                appearances.push((statements.name, appearance));
+            }
+        }
+    }
+    for (name, line) in &source.materials {
+        if !appearances.iter().any(|(known, _)| known == name) {
+            notes.push(format!("{}:{line}: there is no material `{name}`: a matte grey stands for it", path.display()));
+            appearances.push((name.clone(), Appearance::missing()));
+        }
+    }
+    Ok(appearances)
+}
+
+/// The library files that an `mtllib` statement names.
+fn find_library(folder: &Path, stated: &str) -> Vec<PathBuf> {
+    let find = |name: &str| {
+        let name = name.replace('\\', "/");
+        let base = Path::new(&name).file_name().map(|base| folder.join(base));
+        [Some(folder.join(&name)), base].into_iter().flatten().find(|file| file.is_file())
+    };
+    match find(stated) {
+        Some(file) => vec![file],
+        None => stated.split_whitespace().filter_map(find).collect(),
+    }
+}
+
+/// Lets `tobj` read the plain text, and cuts its polygons into triangles.
+fn read_groups(
+    path: &Path,
+    source: &Source,
+    appearances: &mut Vec<(String, Appearance)>,
+    notes: &mut Vec<String>,
+) -> Result<Vec<Group>, SceneError> {
+    // The names of the materials, so that tobj numbers them as they are numbered here.
+    let named = |name: &String| tobj::Material { name: name.clone(), ..tobj::Material::default() };
+    let materials: Vec<_> = appearances.iter().map(|(name, _)| named(name)).collect();
+    let text = format!("mtllib all\n{}", source.text);
+    let options =
+        tobj::LoadOptions { single_index: true, ignore_points: true, ignore_lines: true, ..Default::default() };
+    let library = |_: &Path| {
+        let numbers = materials.iter().enumerate().map(|(i, material)| (material.name.clone(), i)).collect();
+        Ok((materials.clone(), numbers))
+    };
+    let (models, _) = tobj::load_obj_buf(&mut Cursor::new(text), &options, library)
+        .map_err(|error| SceneError::invalid(error.to_string(), "mend the file, or save it again").in_file(path))?;
+    let mut turned = 0;
+    let mut groups = Vec::new();
+    for model in models {
+        let appearance = model.mesh.material_id.unwrap_or_else(|| grey(appearances));
+        let mesh = triangles(&model.mesh, &mut turned);
+        if !mesh.triangles.is_empty() {
+            groups.push(Group { name: model.name, mesh, appearance });
+        }
+    }
+    if turned > 0 {
+        notes.push(format!("{}: {turned} triangles were turned to the side of their normals", path.display()));
+    }
+    if groups.is_empty() {
+        let error = SceneError::invalid("every face of the file is without area", "add faces that span an area");
+        return Err(error.in_file(path));
+    }
+    Ok(groups)
+}
+
+/// The index of the material for faces that have none.
+fn grey(appearances: &mut Vec<(String, Appearance)>) -> usize {
+    let unnamed = |(name, _): &(String, Appearance)| name.is_empty();
+    appearances.iter().position(unnamed).unwrap_or_else(|| {
+        appearances.push((String::new(), Appearance::missing()));
+        appearances.len() - 1
+    })
+}
+
+/// The triangles of a mesh of polygons, without those that have no area; `turned` counts the ones whose normals pointed
+/// to their back.
+fn triangles(mesh: &tobj::Mesh, turned: &mut usize) -> MeshData {
+    let positions: Vec<DVec3> = mesh.positions.chunks_exact(3).map(|p| DVec3::new(p[0], p[1], p[2])).collect();
+    let normals: Vec<DVec3> = mesh.normals.chunks_exact(3).map(|n| DVec3::new(n[0], n[1], n[2])).collect();
+    let uvs: Vec<Vec2> = mesh.texcoords.chunks_exact(2).map(|t| vec2(t[0] as f32, t[1] as f32)).collect();
+    let mut out = MeshData { positions, triangles: Vec::new(), normals: Vec::new(), uvs };
+    let faces = if mesh.face_arities.is_empty() { vec![3; mesh.indices.len() / 3] } else { mesh.face_arities.clone() };
+    let mut rest = mesh.indices.as_slice();
+    for arity in faces {
+        let (face, after) = rest.split_at(arity as usize);
+        rest = after;
+        let points: Vec<DVec3> = face.iter().map(|&i| out.positions[i as usize]).collect();
+        for triangle in polygon::triangulate(&points) {
+            let [a, b, c] = triangle.map(|i| points[i]);
+            let ng = (b - a).cross(c - a);
+            if ng.length_squared() > 0.0 {
+                let mut corners = triangle.map(|i| face[i]);
+                if corners.iter().filter_map(|&i| normals.get(i as usize)).sum::<DVec3>().dot(ng) < 0.0 {
+                    corners.swap(1, 2);
+                    *turned += 1;
+                }
+                out.triangles.push(corners);
+            }
+        }
+    }
+    if normals.iter().any(|n| n.length_squared() > 0.0) {
+        out.normals = normals.iter().map(|n| n.normalize_or_zero().as_vec3()).collect();
+        give_missing_normals(&mut out);
+    }
+    out
+}
+
+/// Gives corners without a normal that of their face, at a vertex of their own.
+fn give_missing_normals(mesh: &mut MeshData) {
+    for t in 0..mesh.triangles.len() {
+        let [a, b, c] = mesh.triangles[t].map(|i| mesh.positions[i as usize]);
+        let ng = (b - a).cross(c - a).normalize_or_zero().as_vec3();
+        for corner in 0..3 {
+            let i = mesh.triangles[t][corner] as usize;
+            if mesh.normals[i] == sampling::Vec3::ZERO {
+                mesh.triangles[t][corner] = mesh.positions.len() as u32;
+                mesh.positions.push(mesh.positions[i]);
+                mesh.normals.push(ng);
+                if let Some(&uv) = mesh.uvs.get(i) {
+                    mesh.uvs.push(uv);
+                }
+            }
+        }
+    }
+}

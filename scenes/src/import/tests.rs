@@ -1,0 +1,257 @@
+use std::path::{Path, PathBuf};
+
+use sampling::bsdf::Bsdf;
+use sampling::math::Spectrum;
+use tempfile::TempDir;
+
+use super::appearance::Appearance;
+use super::mtl::{self, Statements};
+use super::obj::Model;
+use crate::load::{LoadOptions, load};
+
+/// A folder with these files.
+fn folder(files: &[(&str, &str)]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in files {
+        let path = folder.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    }
+    folder
+}
+
+fn open(folder: &TempDir, name: &str) -> Model {
+    Model::open(&folder.path().join(name)).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn fault(files: &[(&str, &str)]) -> String {
+    let folder = folder(files);
+    let path = folder.path().join(files[0].0);
+    let Err(error) = load(path.to_str().unwrap(), &LoadOptions::default()) else { panic!("no error") };
+    error.to_string().replace(folder.path().to_str().unwrap(), "")
+}
+
+const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+
+fn appearance(statements: &str) -> Appearance {
+    let materials = mtl::parse(Path::new("a.mtl"), &format!("newmtl a\n{statements}")).unwrap();
+    Appearance::of(&materials[0])
+}
+
+/// `name` of the model, and a word of each note.
+#[track_caller]
+fn check(statements: &str, name: &str, notes: &[&str]) -> Bsdf {
+    let made = appearance(statements);
+    let debug = format!("{:?}", made.bsdf);
+    assert!(debug.starts_with(&format!("{name}(")), "{statements:?} became {debug}");
+    assert_eq!(made.notes.len(), notes.len(), "{statements:?}: {:?}", made.notes);
+    for (made, expected) in made.notes.iter().zip(notes) {
+        assert!(made.contains(expected), "{statements:?}: {made:?} lacks {expected:?}");
+    }
+    made.bsdf
+}
+
+#[test]
+fn the_rule_glass() {
+    for statements in [
+        "illum 7\nNi 1.5",
+        "illum 6\nNi 1.5",
+        "illum 4\nNi 1.5\nTf 1 1 1",
+        "illum 9\nNi 1.5\nd 0.2\nd 0",
+        "illum 2\nKd 0\nKs 1\nNs 10\nNi 1.5\nd 0\nTf 1",
+        "Tr 1\nNi 1.5",
+    ] {
+        let Bsdf::Dielectric(glass) = check(statements, "Dielectric", &[]) else { unreachable!() };
+        assert_eq!(glass.eta, 1.5);
+    }
+    check("illum 7", "Dielectric", &["without an index Ni"]);
+    check("illum 7\nNi 0", "Dielectric", &["Ni of 0 cannot be"]);
+    check("illum 7\nNi 1.5\nTf 0.5 1 1", "Dielectric", &["Tf is taken as white"]);
+    check("illum 2\nNi 1.5\nd 0.3", "Dielectric", &["partly opaque"]);
+    // Exporters write `Tf 1 1 1` and an index for everything: alone they mean nothing.
+    check("illum 2\nKd 0.5\nNi 1.5\nd 1\nTr 0\nTf 1 1 1", "Lambert", &[]);
+    check("illum 4\nKd 0.5\nd 1", "Lambert", &[]);
+    check("illum 2\nKd 0.5\nd 0.8", "Lambert", &["partly transparent"]);
+}
+
+#[test]
+fn the_rule_mirror() {
+    for statements in [
+        "Kd 0\nKs 0.95\nNs 1000\nillum 5",
+        "Kd 0\nKs 0.95\nillum 3",
+        "Ks 0.95\nNs 1000",
+        "Kd 0.01\nKs 0.95\nNs 10\nillum 5",
+    ] {
+        let notes: &[&str] = if statements.contains("0.01") { &["the weaker, Kd, is left out"] } else { &[] };
+        let Bsdf::Mirror(mirror) = check(statements, "Mirror", notes) else { unreachable!() };
+        assert_eq!(mirror.reflectance, Spectrum::splat(0.95));
+    }
+    check("Ks 1.5\nNs 1000", "Mirror", &["its Ks is above 1"]);
+}
+
+#[test]
+fn the_rule_metal_and_matte() {
+    check("Kd 0.5\nKs 0.9\nNs 40\nillum 2", "RoughConductor", &["Kd, is left out", "alpha 0.218"]);
+    check("Ks 0.9\nNs 98", "RoughConductor", &["alpha 0.141"]);
+    check("Kd 0.5\nKs 0.9\nillum 1", "Lambert", &[]);
+    check("Kd 0.8\nKs 0.5\nNs 250\nillum 2", "Lambert", &["Ks, is left out"]);
+    let Bsdf::Lambert(lambert) = check("Kd 0.1 0.2 0.3\nNs 10\nNi 1", "Lambert", &[]) else { unreachable!() };
+    assert_eq!(lambert.albedo, Spectrum::new(0.1, 0.2, 0.3));
+    let Bsdf::Lambert(lambert) = check("", "Lambert", &[]) else { unreachable!() };
+    assert_eq!(lambert.albedo, Spectrum::splat(0.5));
+    check("Kd 1.2 1 1", "Lambert", &["its Kd is above 1"]);
+    check("Kd 1\nmap_Kd wood.png", "Lambert", &["`map_Kd wood.png` is not read"]);
+    check("Kd spectral a.rfl", "Lambert", &["`Kd spectral a.rfl` is not read"]);
+}
+
+#[test]
+fn the_rule_emission() {
+    assert_eq!(appearance("Ke 17 12 4").emission, Some(Spectrum::new(17.0, 12.0, 4.0)));
+    assert_eq!(appearance("Ke 0 0 0").emission, None);
+    assert_eq!(Appearance::of(&Statements::default()).emission, None);
+}
+
+#[test]
+fn libraries_are_found_where_files_name_them_oddly() {
+    let mtl = "newmtl lamp\nKe 5 5 5\n";
+    let places: [(&str, &str); 6] = [
+        ("lib.mtl", "lib.mtl"),
+        ("sub/lib.mtl", "sub/lib.mtl"),
+        ("lib.mtl", "models/CornellBox/lib.mtl"),
+        ("lib.mtl", "C:\\models\\lib.mtl"),
+        ("my lib.mtl", "my lib.mtl"),
+        ("lib.mtl", "other.mtl lib.mtl"),
+    ];
+    for (file, stated) in places {
+        let obj = format!("mtllib {stated}\n{TRIANGLE}usemtl lamp\nf 1 2 3\n");
+        let folder = folder(&[(file, mtl), ("a.obj", &obj)]);
+        let model = open(&folder, "a.obj");
+        assert!(model.emits(), "mtllib {stated}: {:?}", model.notes);
+        assert!(model.notes.is_empty(), "{:?}", model.notes);
+    }
+}
+
+#[test]
+fn what_is_missing_is_noted() {
+    let obj = format!("mtllib none.mtl\n{TRIANGLE}usemtl lamp\nf 1 2 3\nl 1 2\n");
+    let folder = folder(&[("a.obj", &obj)]);
+    let path = folder.path().join("a.obj");
+    let scene = load(path.to_str().unwrap(), &LoadOptions::default()).unwrap();
+    let notes = scene.notes.join("\n");
+    for expected in [
+        "a.obj:1: the material library `none.mtl` was not found",
+        "a.obj:5: there is no material `lamp`",
+        "a.obj:7: `l` is not read (1 of them)",
+        "lit by an environment of radiance 1",
+        "the file has no camera",
+    ] {
+        assert!(notes.contains(expected), "{expected:?} is not in\n{notes}");
+    }
+    assert!(scene.environment.is_some());
+}
+
+#[test]
+fn polygons_attributes_and_groups() {
+    let obj = "o a\nv 0 0 0\nv 2 -1 0\nv 0.5 0 0\nv 2 1 0\nvn 0 0 1\nvt 0.5 0.5\nf 1/1/1 2 3//1 4/1\ng b\nf 1 2 3\nf 1 1 2\ng empty\n";
+    let folder = folder(&[("a.obj", obj)]);
+    let model = open(&folder, "a.obj");
+    let [a, b] = &model.groups[..] else { panic!("{} groups", model.groups.len()) };
+    assert_eq!((a.name.as_str(), b.name.as_str()), ("a", "b"));
+    // The dart is cut along its only inner diagonal, and the triangle without area is gone.
+    assert_eq!((a.mesh.triangles.len(), b.mesh.triangles.len()), (2, 1));
+    let mesh = &a.mesh;
+    let area = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
+        0.5 * (b - a).cross(c - a).z
+    };
+    assert!((mesh.triangles.iter().map(area).sum::<f64>() - 0.5).abs() < 1e-12);
+    assert!(mesh.triangles.iter().all(|t| area(t) > 0.0));
+    for t in &mesh.triangles {
+        assert!(
+            t.iter().all(|&i| mesh.normals[i as usize] == sampling::Vec3::Z),
+            "missing normals are those of the face"
+        );
+    }
+    assert!(b.mesh.normals.is_empty());
+}
+
+#[test]
+fn normals_say_which_side_is_the_front() {
+    let obj = format!("{TRIANGLE}vn 0 0 -1\nf 1//1 2//1 3//1\n");
+    let folder = folder(&[("a.obj", &obj)]);
+    let model = open(&folder, "a.obj");
+    let mesh = &model.groups[0].mesh;
+    let [a, b, c] = mesh.triangles[0].map(|i| mesh.positions[i as usize]);
+    assert!((b - a).cross(c - a).z < 0.0);
+    assert!(model.notes[0].contains("1 triangles were turned to the side of their normals"), "{:?}", model.notes);
+}
+
+#[test]
+fn bad_files_are_one_error_with_its_place() {
+    assert_eq!(fault(&[("a.obj", "v 0 0 0\n")]), "/a.obj: the file holds no faces; add `f` lines");
+    assert_eq!(
+        fault(&[("a.obj", &format!("{TRIANGLE}f 1 1 2\n"))]),
+        "/a.obj: every face of the file is without area; add faces that span an area"
+    );
+    let mtl =
+        fault(&[("a.obj", &format!("mtllib a.mtl\n{TRIANGLE}usemtl a\nf 1 2 3\n")), ("a.mtl", "newmtl a\n\nKd red\n")]);
+    assert_eq!(mtl, "/a.mtl:3: a Kd holds `red`; give a number");
+    let index = fault(&[("a.obj", &format!("{TRIANGLE}f 1 2 9\n"))]);
+    assert_eq!(index, "/a.obj:4: there is no vertex 9; the file defines 3, counted from 1");
+}
+
+#[test]
+fn unknown_scenes_are_answered_with_the_nearest() {
+    let error = |name: &str| match load(name, &LoadOptions::default()) {
+        Ok(_) => panic!("no error for {name}"),
+        Err(error) => error.to_string(),
+    };
+    assert!(error("cornel_box").starts_with("there is no scene `cornel_box`; did you mean `cornell_box`?"));
+    assert!(error("qqq").starts_with("there is no scene `qqq`; valid are `cornell_box`"));
+    let folder = folder(&[("bunny.obj", TRIANGLE), ("a.stl", "")]);
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    assert!(error(&path("buny.obj")).ends_with("bunny.obj`?"));
+    assert!(
+        error(&path("a.stl")).ends_with("this kind of file is not read; scenes are read from `.toml` and `.obj` files")
+    );
+    assert!(error(&path("none.toml")).contains("cannot read the file"));
+    let empty = LoadOptions { size: Some((0, 4)), ..LoadOptions::default() };
+    assert_eq!(load("furnace", &empty).err().unwrap().to_string(), "the image size 0x4 is empty; give at least 1x1");
+}
+
+/// The Cornell boxes of a folder that others made, if it is there.
+fn cornell(name: &str) -> Option<PathBuf> {
+    let scenes = std::env::var_os("NEUMANN_SCENES")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/scenes"), PathBuf::from);
+    let path = scenes.join("cornell-obj").join(format!("CornellBox-{name}.obj"));
+    if !path.is_file() {
+        eprintln!("skipped: {} is not there; NEUMANN_SCENES names the folder", path.display());
+        return None;
+    }
+    Some(path)
+}
+
+#[test]
+fn the_real_cornell_boxes_open_as_they_are() {
+    for (name, triangles, expected) in [
+        ("Empty-CO", 12, "Lambert"),
+        ("Empty-RG", 12, "Lambert"),
+        ("Empty-White", 12, "Lambert"),
+        ("Mirror", 36, "Mirror"),
+        ("Glass", 34, "Dielectric"),
+        ("Glossy", 1112, "RoughConductor"),
+    ] {
+        let Some(path) = cornell(name) else { return };
+        let scene = load(path.to_str().unwrap(), &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(scene.counts().triangles, triangles, "{name}: {:?}", scene.notes);
+        assert!(format!("{:?}", scene.materials()).contains(expected), "{name}: {:?}", scene.materials());
+        assert_eq!(scene.emitters.len(), 1, "{name}");
+        assert_eq!(scene.environment.is_some(), name == "Glossy", "{name}: only Glossy has no material for its lamp");
+        let camera = scene.camera.position();
+        assert!(
+            camera.z > 1.0 && camera.x.abs() < 0.1,
+            "{name}: the camera at {camera} does not look into the open side"
+        );
+        eprintln!("{name}: {:#?}", scene.notes);
+    }
+}

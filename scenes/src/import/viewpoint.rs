@@ -1,0 +1,198 @@
+//! A camera for a file that has none.
+
+use glam::{DVec2, DVec3};
+
+use crate::builder::{CameraSettings, MeshData};
+
+/// Field of view of the chosen camera \[degrees\].
+const FOV: f64 = 40.0;
+/// Field of view from inside a closed room \[degrees\].
+const FOV_INSIDE: f64 = 75.0;
+/// Rays along each side of the grid that tries a view.
+const GRID: usize = 7;
+/// The sides from which the scene may be looked at, in order of preference, each with the `up` of the view.
+const SIDES: [(DVec3, DVec3); 6] = [
+    (DVec3::Z, DVec3::Y),
+    (DVec3::NEG_Z, DVec3::Y),
+    (DVec3::X, DVec3::Y),
+    (DVec3::NEG_X, DVec3::Y),
+    (DVec3::Y, DVec3::NEG_Z),
+    (DVec3::NEG_Y, DVec3::Z),
+];
+
+/// Chooses a camera that shows the meshes. The rule:
+///
+/// 1. The camera stands outside the bounds, in front of the middle of one side, just so far off that a field of view of
+///    40° holds that side; y is up.
+/// 2. The sides are tried in the order +z, −z, +x, −x, +y, −y, by a grid of rays at that side. The first is taken from
+///    which a tenth of the rays meets something and fewer than four fifths meet a wall, which is a surface within 2 %
+///    of the bounds' size behind that side: so an open box is looked into through its open side.
+/// 3. If there is none, and most rays at the first side meet the back of its wall or something inside emits, it is a
+///    closed room: the camera stands within, near the +z side, and looks along −z with 75°. Otherwise it is a solid
+///    block, seen from +z.
+pub fn choose(meshes: &[&MeshData], emits: bool, size: (u32, u32)) -> CameraSettings {
+    let bounds = Bounds::of(meshes);
+    let views = SIDES.map(|(side, up)| (outside(&bounds, side, up, size), try_view(meshes, &bounds, side, up)));
+    if let Some((camera, _)) = views.iter().find(|(_, seen)| seen.hits >= 0.1 && seen.walls < 0.8) {
+        return *camera;
+    }
+    let [(camera, front), ..] = &views;
+    if front.walls >= 0.8 && (emits || front.backs > 0.5) {
+        return inside(&bounds, size);
+    }
+    *camera
+}
+
+/// What the rays of a view meet, as fractions of their number.
+struct Seen {
+    hits: f64,
+    walls: f64,
+    /// Hits on the back of a wall.
+    backs: f64,
+}
+
+struct Bounds {
+    low: DVec3,
+    high: DVec3,
+}
+
+impl Bounds {
+    fn of(meshes: &[&MeshData]) -> Self {
+        let corners =
+            || meshes.iter().flat_map(|mesh| mesh.triangles.iter().flatten().map(|&i| mesh.positions[i as usize]));
+        let far = DVec3::INFINITY;
+        Bounds { low: corners().fold(far, DVec3::min), high: corners().fold(-far, DVec3::max) }
+    }
+
+    fn middle(&self) -> DVec3 {
+        (self.low + self.high) * 0.5
+    }
+
+    /// Half the size along an axis-aligned direction.
+    fn half(&self, direction: DVec3) -> f64 {
+        ((self.high - self.low) * 0.5).dot(direction.abs())
+    }
+
+    fn size(&self) -> f64 {
+        (self.high - self.low).max_element()
+    }
+}
+
+/// The camera in front of a side.
+fn outside(bounds: &Bounds, side: DVec3, up: DVec3, (width, height): (u32, u32)) -> CameraSettings {
+    // The field of view spans the shorter side of the image: the longer one sees more.
+    let shorter = f64::from(width.min(height));
+    let (wide, high) = (f64::from(width) / shorter, f64::from(height) / shorter);
+    let half = (bounds.half(side.cross(up)) / wide).max(bounds.half(up) / high).max(1e-3 * bounds.size());
+    let distance = bounds.half(side) + 1.02 * half / (FOV * 0.5).to_radians().tan();
+    let position = bounds.middle() + side * distance;
+    CameraSettings { position, target: bounds.middle(), up, fov: FOV, width, height }
+}
+
+fn inside(bounds: &Bounds, (width, height): (u32, u32)) -> CameraSettings {
+    let middle = bounds.middle();
+    let position = middle + DVec3::Z * 0.95 * bounds.half(DVec3::Z);
+    CameraSettings { position, target: middle, up: DVec3::Y, fov: FOV_INSIDE, width, height }
+}
+
+fn try_view(meshes: &[&MeshData], bounds: &Bounds, side: DVec3, up: DVec3) -> Seen {
+    let right = side.cross(up);
+    let origin = outside(bounds, side, up, (1, 1)).position;
+    // A thin scene seen from its flat side has nothing behind its front.
+    let thin = bounds.half(side) <= 0.02 * bounds.size();
+    let wall = if thin { f64::NEG_INFINITY } else { 0.02 * bounds.size() };
+    let mut seen = Seen { hits: 0.0, walls: 0.0, backs: 0.0 };
+    for i in 0..GRID * GRID {
+        // Cell middles, but a little off, so that no ray runs along an edge or a diagonal.
+        let at = DVec2::new((i % GRID) as f64 + 0.47, (i / GRID) as f64 + 0.53) * (2.0 / GRID as f64) - 1.0;
+        let goal = bounds.middle()
+            + side * bounds.half(side)
+            + right * (bounds.half(right) * at.x)
+            + up * (bounds.half(up) * at.y);
+        let Some((hit, front)) = first_hit(meshes, origin, goal - origin) else { continue };
+        let share = 1.0 / (GRID * GRID) as f64;
+        seen.hits += share;
+        let behind = bounds.half(side) - (hit - bounds.middle()).dot(side);
+        if behind < wall {
+            seen.walls += share;
+            seen.backs += if front { 0.0 } else { share };
+        }
+    }
+    seen
+}
+
+/// The nearest point met, and whether its front was (Möller & Trumbore 1997).
+fn first_hit(meshes: &[&MeshData], o: DVec3, d: DVec3) -> Option<(DVec3, bool)> {
+    let mut nearest = (f64::INFINITY, false);
+    for mesh in meshes {
+        for triangle in &mesh.triangles {
+            let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
+            let (u, v) = (b - a, c - a);
+            let across = d.cross(v);
+            let determinant = u.dot(across);
+            let from = o - a;
+            let beta = from.dot(across) / determinant;
+            let along = from.cross(u);
+            let gamma = d.dot(along) / determinant;
+            let t = v.dot(along) / determinant;
+            // Written so that NaN, of a triangle without area, is a miss.
+            if beta >= 0.0 && gamma >= 0.0 && beta + gamma <= 1.0 && t > 0.0 && t < nearest.0 {
+                nearest = (t, determinant > 0.0);
+            }
+        }
+    }
+    nearest.0.is_finite().then(|| (o + d * nearest.0, nearest.1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A box of ±1 with its fronts inside, without the sides that are left out (−z, +z, −y, +y, −x, +x).
+    fn room(without: &[usize]) -> MeshData {
+        let positions =
+            (0..8).map(|i| DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64) * 2.0 - 1.0).collect();
+        let faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+        let kept = faces.iter().enumerate().filter(|(i, _)| !without.contains(i)).map(|(_, f)| f);
+        let triangles = kept.flat_map(|f| [[f[0], f[1], f[2]], [f[0], f[2], f[3]]]).collect();
+        MeshData { positions, triangles, normals: Vec::new(), uvs: Vec::new() }
+    }
+
+    fn direction(mesh: &MeshData, emits: bool) -> (DVec3, bool) {
+        let camera = choose(&[mesh], emits, (256, 256));
+        let within = camera.position.abs().max_element() < 1.0;
+        ((camera.target - camera.position).normalize().round(), within)
+    }
+
+    #[test]
+    fn an_open_box_is_looked_into() {
+        for (open, expected) in
+            [(1, DVec3::NEG_Z), (0, DVec3::Z), (5, DVec3::NEG_X), (4, DVec3::X), (3, DVec3::NEG_Y), (2, DVec3::Y)]
+        {
+            let (view, within) = direction(&room(&[open]), true);
+            assert!(view == expected && !within, "open side {open}: looks along {view}");
+        }
+    }
+
+    #[test]
+    fn a_closed_room_is_seen_from_within_and_a_block_from_outside() {
+        assert_eq!(direction(&room(&[]), true), (DVec3::NEG_Z, true));
+        assert_eq!(direction(&room(&[]), false), (DVec3::NEG_Z, true));
+        let mut block = room(&[]);
+        block.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+        assert_eq!(direction(&block, false), (DVec3::NEG_Z, false));
+    }
+
+    #[test]
+    fn flat_things_are_seen_from_their_flat_side() {
+        assert_eq!(direction(&room(&[0, 2, 3, 4, 5]), false), (DVec3::NEG_Z, false));
+        assert_eq!(direction(&room(&[0, 1, 3, 4, 5]), false), (DVec3::NEG_Y, false));
+    }
+
+    #[test]
+    fn the_whole_side_is_in_the_picture() {
+        let camera = choose(&[&room(&[1])], true, (512, 256));
+        let distance = camera.position.z - 1.0;
+        assert!(distance * (camera.fov * 0.5).to_radians().tan() >= 1.0);
+    }
+}

@@ -1,0 +1,68 @@
+//! What a scene asks of a method, decided once when the scene is built.
+
+use serde::{Deserialize, Serialize};
+
+/// Whether work that a scene doesn't need is left out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Skip {
+    /// Leave out what cannot contribute.
+    #[default]
+    Unneeded,
+    /// Leave out nothing: always a tree, always a table for the choice of emitter, always the path for textures.
+    Nothing,
+}
+
+/// What a scene asks of a method.
+///
+/// Under [`Skip::Nothing`] every flag has the value that asks for the most work; `emitters` and `primitives` are always the
+/// true counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Needs {
+    /// What was left out when the scene was built.
+    pub skip: Skip,
+    /// Light arrives from infinity.
+    pub environment: bool,
+    /// Some material or emission varies over its surface.
+    pub textures: bool,
+    /// Some surface has a Dirac part.
+    pub delta_lobes: bool,
+    /// Some surface has a part that isn't Dirac, so that connections can contribute.
+    pub non_delta_lobes: bool,
+    /// Every surface is Lambertian.
+    pub only_lambertian: bool,
+    /// Number of emitters.
+    pub emitters: usize,
+    /// The choice among emitters is open: more than one of them has power.
+    pub emitter_choice: bool,
+    /// Some emitter can be met by a ray: an area emitter or the environment.
+    pub hittable_emitters: bool,
+    /// Some emitter is a point, so that no ray meets it.
+    pub delta_emitters: bool,
+    /// So few primitives that a list is searched instead of a tree.
+    pub few_primitives: bool,
+    /// The camera is a pinhole, so that no ray meets it.
+    pub pinhole: bool,
+    /// Number of triangles and spheres.
+    pub primitives: usize,
+}
+
+impl Needs {
+    /// The names of what this scene lets a method leave out.
+    pub fn skipped(&self) -> Vec<&'static str> {
+        if self.skip == Skip::Nothing {
+            return Vec::new();
+        }
+        let candidates = [
+            ("environment", !self.environment),
+            ("textures", !self.textures),
+            ("delta_lobes", !self.delta_lobes),
+            ("connections", !self.non_delta_lobes),
+            ("emitter_choice", !self.emitter_choice),
+            ("emitter_hits", !self.hittable_emitters),
+            ("delta_emitters", !self.delta_emitters),
+            ("bvh", self.few_primitives),
+        ];
+        candidates.iter().filter(|(_, unneeded)| *unneeded).map(|(name, _)| *name).collect()
+    }
+}

@@ -1,0 +1,102 @@
+//! Triangle meshes: from what was given to what is traced.
+
+use super::Triangle;
+use crate::error::SceneError;
+use glam::{DAffine3, DMat3, DVec3};
+use rayon::prelude::*;
+use sampling::{Vec2, Vec3};
+
+/// A triangle mesh as it is given.
+#[derive(Clone, Debug, Default)]
+pub struct MeshData {
+    /// Vertex positions \[m\].
+    pub positions: Vec<DVec3>,
+    /// Vertices of the triangles, counter-clockwise seen from the front.
+    pub triangles: Vec<[u32; 3]>,
+    /// Vertex normals, or empty: then the surface is flat between its edges.
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates of the vertices, or empty.
+    pub uvs: Vec<Vec2>,
+}
+
+/// A mesh in the scene's coordinates, without its triangles of no area.
+#[derive(Debug, Default)]
+pub(crate) struct BakedMesh {
+    /// Vertex positions \[m\].
+    pub positions: Vec<Vec3>,
+    /// Vertices of the triangles, with their front's normal to the right hand.
+    pub triangles: Vec<[u32; 3]>,
+    /// Unit front normals of the triangles.
+    pub fronts: Vec<Vec3>,
+    /// Vertex normals, or empty.
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates of the vertices, or empty.
+    pub uvs: Vec<Vec2>,
+    /// How many triangles without area were left out.
+    pub degenerate: usize,
+}
+
+impl BakedMesh {
+    /// The vertices of a triangle.
+    pub fn triangle(&self, index: usize) -> Triangle {
+        Triangle(self.triangles[index].map(|vertex| self.positions[vertex as usize]))
+    }
+}
+
+impl MeshData {
+    /// Says what is wrong with the numbers, if anything is.
+    pub(crate) fn check(&self) -> Result<(), SceneError> {
+        let vertices = self.positions.len();
+        if let Some(vertex) = self.positions.iter().position(|p| !p.is_finite()) {
+            return Err(SceneError::invalid(
+                format!("vertex {vertex} of a mesh has a coordinate that is not finite"),
+                "give finite coordinates",
+            ));
+        }
+        if let Some((index, triangle)) =
+            self.triangles.iter().enumerate().find(|(_, t)| t.iter().any(|&vertex| vertex as usize >= vertices))
+        {
+            return Err(SceneError::invalid(
+                format!("triangle {index} of a mesh uses the vertices {triangle:?}, but the mesh has {vertices}"),
+                "use vertices from 0 to their number less one",
+            ));
+        }
+        for (what, count) in [("normals", self.normals.len()), ("texture coordinates", self.uvs.len())] {
+            if count != 0 && count != vertices {
+                return Err(SceneError::invalid(
+                    format!("a mesh has {vertices} vertices and {count} {what}"),
+                    format!("give one of the {what} for every vertex, or none"),
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Takes a mesh into the scene: transforms and recentres it in `f64`, rounds it, and turns its front where it belongs.
+///
+/// The front is the image of the front: a mirroring transform turns the winding over, which is put back here.
+pub(crate) fn bake_mesh(mesh: MeshData, transform: &DAffine3, flipped: bool, shift: DVec3) -> BakedMesh {
+    let positions: Vec<Vec3> =
+        mesh.positions.par_iter().map(|&p| (transform.transform_point3(p) - shift).as_vec3()).collect();
+    let turned = flipped != (transform.matrix3.determinant() < 0.0);
+    let mut triangles = mesh.triangles;
+    if turned {
+        triangles.par_iter_mut().for_each(|t| t.swap(1, 2));
+    }
+    let front_of = |t: &[u32; 3]| Triangle(t.map(|vertex| positions[vertex as usize])).normal();
+    let all = triangles.len();
+    let (triangles, fronts): (Vec<_>, Vec<_>) =
+        triangles.into_par_iter().filter_map(|t| front_of(&t).map(|front| (t, front))).unzip();
+    let normals = transform_normals(mesh.normals, &transform.matrix3);
+    BakedMesh { degenerate: all - triangles.len(), positions, triangles, fronts, normals, uvs: mesh.uvs }
+}
+
+/// Normals are covectors: they go with the inverse transpose, whose sign keeps them on the image of their side.
+fn transform_normals(normals: Vec<Vec3>, matrix: &DMat3) -> Vec<Vec3> {
+    if normals.is_empty() {
+        return normals;
+    }
+    let cofactors = matrix.inverse().transpose();
+    normals.par_iter().map(|n| (cofactors * n.as_dvec3()).normalize_or_zero().as_vec3()).collect()
+}

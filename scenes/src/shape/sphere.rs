@@ -1,0 +1,140 @@
+//! The analytic sphere.
+
+use super::AreaSample;
+use crate::ray::{SurfacePoint, UNIT_ROUNDOFF};
+use glam::DVec3;
+use sampling::math::Frame;
+use sampling::{Vec2, Vec3, warp};
+use std::f32::consts::PI;
+
+/// A sphere; its front is outside unless it is flipped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    /// Centre \[m\].
+    pub center: Vec3,
+    /// Radius \[m\], positive.
+    pub radius: f32,
+    /// True if its front is the inside.
+    pub flipped: bool,
+}
+
+/// A direction sampled towards a sphere from outside it.
+#[derive(Clone, Copy, Debug)]
+pub struct ConeSample {
+    /// The point of the sphere in that direction.
+    pub at: SurfacePoint,
+    /// Unit direction from the reference point.
+    pub wi: Vec3,
+    /// Distance from the reference point \[m\].
+    pub distance: f32,
+    /// Density \[1/sr\].
+    pub pdf: f32,
+}
+
+impl Sphere {
+    /// Surface area \[m²\].
+    #[inline]
+    pub fn area(&self) -> f32 {
+        4.0 * PI * self.radius * self.radius
+    }
+
+    /// The parameters where a line enters and leaves the sphere, in order; None if it misses.
+    ///
+    /// In `f64`, with the discriminant taken from the distance between centre and line \[PBRT4, 6.8.3\], so that neither a
+    /// small sphere far away nor an origin on the surface loses its digits. `inverse_length2` is 1/|direction|².
+    #[inline]
+    pub fn intersect(&self, origin: DVec3, direction: DVec3, inverse_length2: f64) -> Option<(f64, f64)> {
+        let radius = f64::from(self.radius);
+        let from_center = origin - self.center.as_dvec3();
+        let middle = -from_center.dot(direction) * inverse_length2;
+        let nearest = from_center + direction * middle;
+        let half_chord2 = (radius * radius - nearest.length_squared()) * inverse_length2;
+        if half_chord2 < 0.0 {
+            return None;
+        }
+        // The root of larger magnitude has no cancellation; the other follows from their product.
+        let large = middle + half_chord2.sqrt().copysign(middle);
+        let distance = from_center.length();
+        let product = (distance - radius) * (distance + radius) * inverse_length2;
+        let small = if large == 0.0 { 0.0 } else { product / large };
+        Some(if middle < 0.0 { (large, small) } else { (small, large) })
+    }
+
+    /// The surface point nearest to a point of the line, which is on the sphere but for the errors of the line.
+    #[inline]
+    pub fn project(&self, origin: DVec3, direction: DVec3, t: f64) -> SurfacePoint {
+        let center = self.center.as_dvec3();
+        let outwards = (origin - center + direction * t).normalize();
+        let p = center + outwards * f64::from(self.radius);
+        self.point(p.as_vec3(), outwards.as_vec3())
+    }
+
+    /// A point uniform over the area.
+    #[inline]
+    pub fn sample_area(&self, u: Vec2) -> AreaSample {
+        let outwards = warp::uniform_sphere(u);
+        AreaSample { at: self.point_towards(outwards), pdf_area: 1.0 / self.area() }
+    }
+
+    /// A direction uniform over the cone that the sphere fills, seen from outside \[PBRT4, 6.2.4\]; None from inside.
+    #[inline]
+    pub fn sample_cone(&self, p_ref: Vec3, u: Vec2) -> Option<ConeSample> {
+        let cone = self.cone(p_ref)?;
+        let local = warp::uniform_cone(u, cone.versine);
+        let axis = (self.center - p_ref) / cone.distance;
+        let wi = Frame::from_z(axis).to_world(local);
+        // The near one of the two points in that direction: half a chord before the one nearest to the centre.
+        let off_axis2 = cone.distance * cone.distance * (local.x * local.x + local.y * local.y);
+        let half_chord = (self.radius * self.radius - off_axis2).max(0.0).sqrt();
+        let along = cone.distance * local.z - half_chord;
+        let outwards = (p_ref + wi * along - self.center).normalize();
+        let at = self.point_towards(outwards);
+        Some(ConeSample { at, wi, distance: at.p.distance(p_ref), pdf: cone.pdf() })
+    }
+
+    /// The density of [`Sphere::sample_cone`] for directions that meet the sphere \[1/sr\]; None from inside.
+    #[inline]
+    pub fn pdf_cone(&self, p_ref: Vec3) -> Option<f32> {
+        self.cone(p_ref).map(|cone| cone.pdf())
+    }
+
+    #[inline]
+    fn cone(&self, p_ref: Vec3) -> Option<Cone> {
+        let distance2 = p_ref.as_dvec3().distance_squared(self.center.as_dvec3());
+        let radius2 = f64::from(self.radius) * f64::from(self.radius);
+        if distance2 <= radius2 {
+            return None;
+        }
+        let sin2 = radius2 / distance2;
+        // Without the cancellation of 1 − √(1 − sin²), for spheres that look small.
+        let versine = sin2 / (1.0 + (1.0 - sin2).sqrt());
+        Some(Cone { distance: distance2.sqrt() as f32, versine: versine as f32 })
+    }
+
+    #[inline]
+    fn point_towards(&self, outwards: Vec3) -> SurfacePoint {
+        let exact = outwards.as_dvec3().normalize();
+        let p = self.center.as_dvec3() + exact * f64::from(self.radius);
+        self.point(p.as_vec3(), exact.as_vec3())
+    }
+
+    #[inline]
+    fn point(&self, p: Vec3, outwards: Vec3) -> SurfacePoint {
+        let ng = if self.flipped { -outwards } else { outwards };
+        // The evaluation is in f64; what it leaves is far below this.
+        SurfacePoint::on_surface(p, ng, self.radius * UNIT_ROUNDOFF)
+    }
+}
+
+struct Cone {
+    distance: f32,
+    /// 1 − cos of the half angle.
+    versine: f32,
+}
+
+impl Cone {
+    #[inline]
+    fn pdf(&self) -> f32 {
+        warp::uniform_cone_pdf(self.versine)
+    }
+}

@@ -1,0 +1,31 @@
+//! The nearest valid name to one that is not.
+
+/// `did you mean X? (valid: …)`, or only the valid names where none is near.
+pub(crate) fn did_you_mean(name: &str, valid: &[&str]) -> String {
+    let listed = valid.iter().map(|v| format!("`{v}`")).collect::<Vec<_>>().join(", ");
+    match nearest(name, valid) {
+        Some(near) => format!("did you mean `{near}`? (valid: {listed})"),
+        None => format!("valid are {listed}"),
+    }
+}
+
+/// The member of `valid` nearest to `name` in spelling, if any is near at all.
+pub(crate) fn nearest<'a>(name: &str, valid: &[&'a str]) -> Option<&'a str> {
+    let likeness = |candidate: &str| strsim::jaro_winkler(&name.to_lowercase(), candidate);
+    let best = valid.iter().copied().max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
+    (likeness(best) > 0.7).then_some(best)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_the_nearest() {
+        let valid = ["lambert", "mirror", "dielectric"];
+        assert_eq!(nearest("lambertian", &valid), Some("lambert"));
+        assert_eq!(nearest("Miror", &valid), Some("mirror"));
+        assert_eq!(nearest("zzz", &valid), None);
+        assert_eq!(nearest("x", &[]), None);
+    }
+}

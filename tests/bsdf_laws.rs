@@ -1,0 +1,360 @@
+//! The laws of scattering, over every example of every model in the list.
+//!
+//! Deterministic laws are held to rounding: where a value depends on a direction more sharply than `f32` can say it (a
+//! lobe of width 10⁻⁴), the bound is what moving the direction by one unit of rounding changes. Statistical laws state
+//! their false-alarm rate, corrected for the number of tests by Šidák's formula; seeds are fixed.
+
+mod by_chance;
+mod quadrature;
+
+use quadrature::Cells;
+use sampling::bsdf::{Bsdf, BsdfModel, BsdfSample, Lobes, TransportMode};
+use sampling::sampler::{Purpose, Role, Sampler, SamplerKind, StreamKey};
+use sampling::warp::uniform_sphere;
+use sampling::{Spectrum, Vec2, Vec3, vec2, vec3};
+use std::fmt::Arguments;
+
+const KINDS: [Lobes; 6] = [
+    Lobes::DIFFUSE_REFLECTION,
+    Lobes::GLOSSY_REFLECTION,
+    Lobes::DELTA_REFLECTION,
+    Lobes::DIFFUSE_TRANSMISSION,
+    Lobes::GLOSSY_TRANSMISSION,
+    Lobes::DELTA_TRANSMISSION,
+];
+
+/// Uniform numbers of a test: (uc, u) of draw `i` in case `case`.
+struct Draws(Sampler);
+
+impl Draws {
+    fn new(law: &str) -> Self {
+        Self(Sampler::new(SamplerKind::Independent, StreamKey::new(1, law, Role::Estimate, 0), 1 << 24))
+    }
+
+    fn at(&mut self, case: usize, i: u32) -> (f32, Vec2) {
+        self.0.start_sample(case as u64, i);
+        (self.0.get_1d(Purpose::Lobe), self.0.get_2d(Purpose::Direction))
+    }
+
+    fn direction(&mut self, case: usize, i: u32) -> Vec3 {
+        self.0.start_sample(case as u64, i);
+        uniform_sphere(self.0.get_2d(Purpose::EmitterDirection))
+    }
+}
+
+/// The direction at this cosine and azimuth.
+fn direction(cos: f32, phi: f32) -> Vec3 {
+    let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
+    vec3(sin * phi.cos(), sin * phi.sin(), cos)
+}
+
+/// Directions on both sides, from the normal to grazing.
+fn test_directions() -> Vec<Vec3> {
+    let cosines = [1.0, 0.99, 0.8, 0.5, 0.2, 0.05, 1e-2, 1e-4, 1e-7];
+    cosines.into_iter().flat_map(|c| [direction(c, 0.4), direction(-c, 2.5)]).collect()
+}
+
+/// Numbers in the middle, at, and next to the borders of the unit interval.
+const BORDERS: [f32; 5] = [0.0, 5.960_464_5e-8, 0.5, 0.73, 1.0_f32.next_down()];
+
+/// Directions on the same side whose components differ by a unit of rounding: of the component, or of a number near 1.
+fn neighbours(w: Vec3, unit: fn(f32) -> f32) -> impl Iterator<Item = Vec3> {
+    let steps = [Vec3::X * unit(w.x), Vec3::Y * unit(w.y), Vec3::Z * unit(w.z)];
+    steps.into_iter().flat_map(move |step| [w + step, w - step]).filter(move |other| other.z * w.z > 0.0)
+}
+
+/// The rounding of results of arithmetic on a component.
+const RELATIVE: fn(f32) -> f32 = |component| component.abs() * f32::EPSILON;
+/// The rounding of components of computed unit vectors.
+const ABSOLUTE: fn(f32) -> f32 = |_| f32::EPSILON;
+
+/// How far `g(wo, wi)` moves when either direction is rounded.
+fn rounding(wo: Vec3, wi: Vec3, unit: fn(f32) -> f32, g: impl Fn(Vec3, Vec3) -> f32) -> f32 {
+    let value = g(wo, wi);
+    let by_wo = neighbours(wo, unit).map(|wo| (g(wo, wi) - value).abs()).fold(0.0, f32::max);
+    let by_wi = neighbours(wi, unit).map(|wi| (g(wo, wi) - value).abs()).fold(0.0, f32::max);
+    by_wo + by_wi
+}
+
+/// Whether directions in `f32` are fine enough for the lobes that this direction sees.
+///
+/// At roughness 10⁻⁴ and a cosine of 10⁻³ the lobe is narrower than what a direction can be told apart by, and a value at
+/// a direction is a matter of luck. Samples and their weights are right even there.
+fn is_resolved(model: &Bsdf, wo: Vec3) -> bool {
+    let mut draws = Draws::new("resolution");
+    let mut errors: Vec<f32> = (0..99)
+        .filter_map(|i| {
+            let (uc, u) = draws.at(0, i);
+            let wi = model.sample(wo, uc, u, TransportMode::Radiance)?.wi;
+            let pdf = |wo, wi| model.pdf(wo, wi, TransportMode::Radiance);
+            (pdf(wo, wi) > 0.0).then(|| rounding(wo, wi, ABSOLUTE, pdf) / pdf(wo, wi))
+        })
+        .collect();
+    errors.sort_unstable_by(f32::total_cmp);
+    let resolved = errors.get(errors.len() * 9 / 10).is_none_or(|error| *error < 0.1);
+    assert!(resolved || wo.z.abs() < 0.02, "not resolved at {wo:?}, which is not grazing: {model:?}");
+    resolved
+}
+
+/// Pairs of directions to evaluate a model at: sampled ones, where its lobes are, and any.
+fn pairs(model: &Bsdf, case: usize, draws: &mut Draws) -> Vec<(Vec3, Vec3)> {
+    let mut pairs = Vec::new();
+    for (i, wo) in test_directions().into_iter().enumerate() {
+        for j in 0..48 {
+            let (uc, u) = draws.at(case, (i * 48 + j) as u32);
+            if let Some(sample) = model.sample(wo, uc, u, TransportMode::Radiance) {
+                pairs.push((wo, sample.wi));
+            }
+            pairs.push((wo, draws.direction(case, (i * 48 + j) as u32)));
+        }
+        pairs.extend(test_directions().into_iter().map(|wi| (wo, wi)));
+        pairs.extend([(wo, wo), (wo, -wo), (wo, Vec3::X), (Vec3::X, wo)]);
+    }
+    pairs
+}
+
+/// Everything a law looks at, with what a failure should name.
+fn for_every_pair(law: &str, check: impl Fn(&Bsdf, Vec3, Vec3, Arguments)) {
+    let mut draws = Draws::new(law);
+    for (case, (name, model)) in Bsdf::all_examples().into_iter().enumerate() {
+        for (wo, wi) in pairs(&model, case, &mut draws) {
+            check(&model, wo, wi, format_args!("{name} {model:?}, wo {wo:?}, wi {wi:?}"));
+        }
+    }
+}
+
+/// Samples of every example from every test direction, in either mode.
+fn for_every_sample(law: &str, check: impl Fn(&Bsdf, Vec3, TransportMode, BsdfSample, Arguments)) {
+    let mut draws = Draws::new(law);
+    for (case, (name, model)) in Bsdf::all_examples().into_iter().enumerate() {
+        for (i, wo) in test_directions().into_iter().enumerate() {
+            let at_random: Vec<_> = (0..200).map(|j| draws.at(case, (i * 200 + j) as u32)).collect();
+            let at_borders = BORDERS
+                .iter()
+                .flat_map(|&uc| BORDERS.iter().flat_map(move |&x| BORDERS.iter().map(move |&y| (uc, vec2(x, y)))));
+            for (uc, u) in at_random.into_iter().chain(at_borders) {
+                for &mode in TransportMode::ALL {
+                    if let Some(sample) = model.sample(wo, uc, u, mode) {
+                        let what = format_args!("{name} {model:?}, wo {wo:?}, {mode:?}, {sample:?}");
+                        check(&model, wo, mode, sample, what);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Whether two spectra agree to a relative error, or to an absolute one.
+fn close(a: Spectrum, b: Spectrum, relative: f32, absolute: f32) -> bool {
+    (a - b).abs().max_component() <= relative * a.max_component().max(b.max_component()) + absolute
+}
+
+fn is_transmission(wo: Vec3, wi: Vec3) -> bool {
+    wo.z * wi.z < 0.0
+}
+
+#[test]
+fn every_model_in_the_list_has_examples() {
+    let examples = Bsdf::all_examples();
+    for name in Bsdf::NAMES {
+        assert!(examples.iter().any(|(of, model)| of == name && model.name() == *name), "{name} has no examples");
+        assert_eq!(Bsdf::NAMES.iter().filter(|other| *other == name).count(), 1, "{name} is listed twice");
+    }
+    for (name, model) in examples {
+        assert!(!model.lobes().is_empty(), "{name} has no lobes: {model:?}");
+        let survival = model.survival();
+        assert!(survival > 0.0 && survival <= 1.0, "{name} survives with {survival}: {model:?}");
+    }
+}
+
+#[test]
+fn values_and_densities_are_finite_and_not_negative() {
+    for_every_pair("finite", |model, wo, wi, what| {
+        for &mode in TransportMode::ALL {
+            let f = model.eval(wo, wi, Lobes::ALL, mode);
+            let pdf = model.pdf(wo, wi, mode);
+            assert!(f.is_finite() && f.to_array().iter().all(|c| *c >= 0.0), "f = {f:?}: {what}");
+            assert!(pdf.is_finite() && pdf >= 0.0, "pdf = {pdf}: {what}");
+            assert!(pdf > 0.0 || f.is_zero(), "never sampled where f = {f:?}: {what}");
+        }
+    });
+}
+
+#[test]
+fn values_by_lobe_sum_to_the_whole() {
+    for_every_pair("lobes", |model, wo, wi, what| {
+        for &mode in TransportMode::ALL {
+            let whole = model.eval(wo, wi, Lobes::ALL, mode);
+            let parts = KINDS.map(|kind| model.eval(wo, wi, kind, mode));
+            assert!(close(whole, parts.into_iter().sum(), 1e-6, 0.0), "{whole:?} is not the sum of {parts:?}: {what}");
+            assert!(model.eval(wo, wi, Lobes::NONE, mode).is_zero(), "{what}");
+            for (kind, part) in KINDS.into_iter().zip(parts) {
+                let allowed = model.lobes().contains(kind) && !kind.is_delta();
+                let right_side = Lobes::TRANSMISSION.contains(kind) == is_transmission(wo, wi);
+                assert!(part.is_zero() || (allowed && right_side), "{kind:?} has {part:?}: {what}");
+            }
+            assert_eq!(model.eval_pdf(wo, wi, mode), (whole, model.pdf(wo, wi, mode)), "{what}");
+        }
+    });
+}
+
+#[test]
+fn densities_do_not_depend_on_the_mode() {
+    for_every_pair("modes", |model, wo, wi, what| {
+        let [radiance, importance] = [TransportMode::Radiance, TransportMode::Importance];
+        assert_eq!(model.pdf(wo, wi, radiance), model.pdf(wo, wi, importance), "{what}");
+    });
+}
+
+#[test]
+fn scattering_is_reciprocal() {
+    // f(wo, wi) = f*(wi, wo) by definition of the adjoint; for reflection also f = f*.
+    for_every_pair("reciprocity", |model, wo, wi, what| {
+        let value = |wo, wi, mode| model.eval(wo, wi, Lobes::ALL, mode);
+        let forward = value(wo, wi, TransportMode::Radiance);
+        let backward = value(wi, wo, TransportMode::Importance);
+        let slack = rounding(wo, wi, RELATIVE, |wo, wi| value(wo, wi, TransportMode::Radiance).max_component());
+        assert!(close(forward, backward, 2e-5, slack), "{forward:?} {backward:?} slack {slack}: {what}");
+        if !is_transmission(wo, wi) {
+            let adjoint = value(wo, wi, TransportMode::Importance);
+            assert!(close(forward, adjoint, 1e-6, 0.0), "{forward:?} {adjoint:?}: {what}");
+        }
+    });
+}
+
+#[test]
+fn radiance_is_scaled_by_the_square_of_the_index() {
+    for_every_sample("index", |model, wo, mode, sample, what| {
+        assert!(sample.eta > 0.0 && (sample.eta == 1.0 || Lobes::TRANSMISSION.contains(sample.lobe)), "{what}");
+        let other = match mode {
+            TransportMode::Radiance => TransportMode::Importance,
+            TransportMode::Importance => TransportMode::Radiance,
+        };
+        let ratio = other.transmission_scale(sample.eta) / mode.transmission_scale(sample.eta);
+        let value = |mode| model.eval(wo, sample.wi, sample.lobe, mode);
+        assert!(close(value(mode) * ratio, value(other), 1e-5, 0.0), "{what}");
+    });
+}
+
+#[test]
+fn samples_are_what_they_say() {
+    for_every_sample("samples", |model, wo, _, sample, what| {
+        let BsdfSample { wi, weight, pdf, lobe, .. } = sample;
+        assert!((wi.length() - 1.0).abs() < 1e-5, "not unit: {what}");
+        assert!(weight.is_finite() && weight.to_array().iter().all(|c| *c >= 0.0), "bad weight: {what}");
+        assert!(pdf.is_finite() && pdf > 0.0, "bad pdf: {what}");
+        assert!(KINDS.contains(&lobe) && model.lobes().contains(lobe), "not a lobe of the model: {what}");
+        assert!(wi.z != 0.0 && Lobes::TRANSMISSION.contains(lobe) == is_transmission(wo, wi), "wrong side: {what}");
+    });
+}
+
+#[test]
+fn weights_are_value_times_cosine_over_density() {
+    for_every_sample("weights", |model, wo, mode, sample, what| {
+        if sample.lobe.is_delta() {
+            return;
+        }
+        let (f, pdf) = model.eval_pdf(wo, sample.wi, mode);
+        let weight_of = |wi: Vec3, (f, pdf): (Spectrum, f32)| {
+            if pdf > 0.0 { f * (wi.z.abs() / pdf) } else { Spectrum::ZERO }
+        };
+        let weight = weight_of(sample.wi, (f, pdf));
+        let slack =
+            rounding(wo, sample.wi, RELATIVE, |wo, wi| weight_of(wi, model.eval_pdf(wo, wi, mode)).max_component());
+        assert!(close(weight, sample.weight, 1e-4, slack), "{weight:?} by eval, slack {slack}: {what}");
+        let slack = rounding(wo, sample.wi, ABSOLUTE, |wo, wi| model.pdf(wo, wi, mode));
+        let resolved = slack < 0.1 * pdf;
+        assert!(!resolved || (pdf - sample.pdf).abs() <= 1e-4 * pdf + slack, "{pdf} by pdf, slack {slack}: {what}");
+    });
+}
+
+#[test]
+fn delta_lobes_are_seen_by_samples_only() {
+    for_every_sample("delta", |model, wo, mode, sample, what| {
+        if model.lobes().is_delta() {
+            assert_eq!(model.eval_pdf(wo, sample.wi, mode), (Spectrum::ZERO, 0.0), "{what}");
+        }
+        assert_eq!(model.lobes().intersects(Lobes::DELTA) && sample.lobe.is_delta(), sample.lobe.is_delta(), "{what}");
+    });
+}
+
+#[test]
+fn delta_lobes_have_the_same_pmf_from_both_ends() {
+    for_every_sample("both ends", |model, wo, mode, sample, what| {
+        if !sample.lobe.is_delta() {
+            return;
+        }
+        let adjoint = match mode {
+            TransportMode::Radiance => TransportMode::Importance,
+            TransportMode::Importance => TransportMode::Radiance,
+        };
+        let back = BORDERS
+            .iter()
+            .filter_map(|&uc| model.sample(sample.wi, uc, vec2(0.5, 0.5), adjoint))
+            .find(|back| back.lobe == sample.lobe);
+        // A lobe rarer than the grid of uc need not turn up.
+        let Some(back) = back else {
+            assert!(sample.pdf < 0.5, "no way back: {what}");
+            return;
+        };
+        // Next to the critical angle the rounding of a cosine near 1 moves a grazing cosine by its inverse.
+        let grazing = wo.z.abs().min(sample.wi.z.abs());
+        let slack = 1e-6 + (4e-6 / grazing).min(1e-2);
+        assert!((back.pdf - sample.pdf).abs() <= slack, "back: {back:?}: {what}");
+        assert!((back.wi - wo).length() <= slack, "back: {back:?}: {what}");
+        assert!((back.eta * sample.eta - 1.0).abs() < 1e-6, "back: {back:?}: {what}");
+        // The same light carried, seen from either end: f(wo, wi) = f*(wi, wo).
+        let share = |s: &BsdfSample, mode: TransportMode| s.weight * (s.pdf / mode.transmission_scale(s.eta));
+        assert!(close(share(&back, adjoint), share(&sample, mode), 1e-5, slack), "back: {back:?}: {what}");
+    });
+}
+
+#[test]
+fn no_light_is_gained() {
+    // ∫ f* |cos| dwi ≤ 1 at 64 angles, by quadrature over the sphere and, for delta lobes, over the choice.
+    let mut draws = Draws::new("energy");
+    let cosines = (0..60).map(|i| (i as f32 * 1.565 / 60.0).cos()).chain([1e-3, 1e-4, 1e-5, 1e-7]);
+    let sides = [(1.0, 0.6), (-1.0, 3.9)].into_iter().cycle();
+    let directions: Vec<Vec3> = cosines.zip(sides).map(|(cos, (side, phi))| direction(side * cos, phi)).collect();
+    let mut worst = Vec::new();
+    for (case, (name, model)) in Bsdf::all_examples().into_iter().enumerate() {
+        let mut largest = (0.0, Vec3::ZERO);
+        for (i, &wo) in directions.iter().enumerate() {
+            let albedo = albedo(&model, wo, |j| draws.at(case, (i << 12) as u32 + j));
+            if albedo > largest.0 {
+                largest = (albedo, wo);
+            }
+        }
+        println!("{name:18} {:.6} at cos {:+.2e}  {model:?}", largest.0, largest.1.z);
+        worst.push((largest, name, model));
+    }
+    for ((albedo, wo), name, model) in worst {
+        assert!(albedo <= 1.0 + 2e-4, "albedo {albedo} at {wo:?}: {name} {model:?}");
+    }
+}
+
+/// The largest channel of the directional albedo for light that comes from `wo`.
+fn albedo(model: &Bsdf, wo: Vec3, mut draw: impl FnMut(u32) -> (f32, Vec2)) -> f64 {
+    const SAMPLES: u32 = 1 << 11;
+    let mode = TransportMode::Importance;
+    let samples: Vec<BsdfSample> = (0..SAMPLES)
+        .filter_map(|j| {
+            let (uc, u) = draw(j);
+            model.sample(wo, uc, u, mode)
+        })
+        .collect();
+    let delta: f64 = KINDS
+        .into_iter()
+        .filter_map(|kind| samples.iter().find(|s| s.lobe == kind && kind.is_delta()))
+        .map(|s| f64::from(s.weight.max_component() * s.pdf))
+        .sum();
+    if model.lobes().is_delta() {
+        return delta;
+    }
+    if !is_resolved(model, wo) {
+        return samples.iter().map(|s| f64::from(s.weight.max_component())).sum::<f64>() / f64::from(SAMPLES);
+    }
+    let cells = Cells::by_samples(samples.iter().filter(|s| !s.lobe.is_delta()).map(|s| s.wi), 4);
+    let value = |wi: Vec3| [f64::from(model.eval(wo, wi, Lobes::ALL, mode).max_component() * wi.z.abs())];
+    delta + (0..cells.len()).map(|cell| cells.integrate(cell, 1e-5, value)[0]).sum::<f64>()
+}

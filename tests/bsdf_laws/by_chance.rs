@@ -1,0 +1,152 @@
+//! Laws that hold in distribution: samples against densities and values.
+
+use super::quadrature::Cells;
+use super::{Draws, KINDS, direction, is_resolved};
+use sampling::bsdf::{Bsdf, BsdfModel, BsdfSample, TransportMode};
+use sampling::moments::Moments;
+use sampling::{Vec2, Vec3};
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
+
+/// The probability that a law fails by chance alone, over all of its tests together.
+const FALSE_ALARM: f64 = 1e-3;
+
+/// Samples of a test; those that shape its cells are others.
+const SAMPLES: u32 = 1 << 17;
+const PILOTS: u32 = 1 << 12;
+
+/// The absolute error of a cell's quadrature, small against the standard error of its share of the samples, 3·10⁻⁴.
+const TOLERANCE: f64 = 4e-6;
+
+/// The level of each of so many independent tests, by Šidák: 1 − (1 − α)^(1/n).
+fn level(tests: usize) -> f64 {
+    -((-FALSE_ALARM).ln_1p() / tests as f64).exp_m1()
+}
+
+/// One example seen from one direction: its samples, counted and weighed, and what they should be.
+struct Trial {
+    what: String,
+    /// (count, expected) of every cell, every delta lobe, and of `None`.
+    bins: Vec<(f64, f64)>,
+    /// ∫ pdf and the pmfs of delta lobes.
+    density: f64,
+    /// The mean weight of non-delta samples, and ∫ f |cos|; largest channels.
+    weights: Moments,
+    albedo: f64,
+}
+
+impl Trial {
+    fn new(model: &Bsdf, name: &str, case: usize, wo: Vec3) -> Self {
+        let mode = TransportMode::Radiance;
+        let (mut pilots, mut draws) = (Draws::new("pilot"), Draws::new("chi2"));
+        let sample = |(uc, u): (f32, Vec2)| model.sample(wo, uc, u, mode);
+        let pilots = (0..PILOTS).filter_map(|i| sample(pilots.at(case, i)));
+        let cells = Cells::by_samples(pilots.filter(|s| !s.lobe.is_delta()).map(|s| s.wi), 6);
+        let mut counts = vec![0_u32; cells.len()];
+        let (mut delta, mut pmfs, mut none) = ([0_u32; KINDS.len()], [0.0; KINDS.len()], 0_u32);
+        let mut weights = Moments::default();
+        for i in 0..SAMPLES {
+            let smooth_weight = match sample(draws.at(case, i)) {
+                Some(s) if s.lobe.is_delta() => {
+                    let kind = kind_of(&s);
+                    delta[kind] += 1;
+                    pmfs[kind] = f64::from(s.pdf);
+                    0.0
+                }
+                Some(s) => {
+                    counts[cells.find(s.wi)] += 1;
+                    f64::from(s.weight.max_component())
+                }
+                None => {
+                    none += 1;
+                    0.0
+                }
+            };
+            weights.push(smooth_weight);
+        }
+        let n = f64::from(SAMPLES);
+        let (mut bins, mut density, mut albedo) = (Vec::new(), pmfs.iter().sum(), 0.0);
+        for (cell, count) in counts.into_iter().enumerate() {
+            let [mass, value] = cells.integrate(cell, TOLERANCE, |wi| {
+                let (f, pdf) = model.eval_pdf(wo, wi, mode);
+                [f64::from(pdf), f64::from(f.max_component() * wi.z.abs())]
+            });
+            bins.push((f64::from(count), mass * n));
+            density += mass;
+            albedo += value;
+        }
+        bins.extend(delta.iter().zip(pmfs).map(|(&count, pmf)| (f64::from(count), pmf * n)));
+        bins.push((f64::from(none), (1.0 - density) * n));
+        Self { what: format!("{name} {model:?}, wo {wo:?}"), bins, density, weights, albedo }
+    }
+
+    /// The probability of counts at least as far from what is expected, by χ²; bins that expect fewer than 10 are pooled.
+    fn chi2_p(&self) -> f64 {
+        let (mut chi2, mut bins) = (0.0, 0);
+        let mut pooled = (0.0, 0.0);
+        for &(count, expected) in &self.bins {
+            if expected < 10.0 {
+                pooled = (pooled.0 + count, pooled.1 + expected);
+                continue;
+            }
+            chi2 += (count - expected).powi(2) / expected;
+            bins += 1;
+        }
+        // What is expected nowhere near may be a rounding below zero; a count there is judged by the pool alone.
+        let slack = f64::from(SAMPLES) * TOLERANCE * self.bins.len() as f64;
+        assert!(
+            pooled.0 <= 60.0 + 2.0 * pooled.1.max(0.0) + slack,
+            "{} samples where {} belong: {}",
+            pooled.0,
+            pooled.1,
+            self.what
+        );
+        if pooled.1 >= 10.0 {
+            chi2 += (pooled.0 - pooled.1).powi(2) / pooled.1;
+            bins += 1;
+        }
+        if bins < 2 {
+            return 1.0;
+        }
+        ChiSquared::new(f64::from(bins - 1)).expect("at least one degree of freedom").sf(chi2)
+    }
+
+    /// The difference between the mean weight and the integral in standard errors, and its two-sided probability.
+    fn albedo_p(&self) -> (f64, f64) {
+        let error = self.weights.variance_of_mean().sqrt() + 1e-4 * self.albedo;
+        let z = (self.weights.mean - self.albedo) / error.max(1e-9);
+        (z, 2.0 * Normal::standard().sf(z.abs()))
+    }
+}
+
+fn kind_of(sample: &BsdfSample) -> usize {
+    KINDS.iter().position(|kind| *kind == sample.lobe).expect("a single lobe")
+}
+
+#[test]
+fn samples_have_their_density_and_their_value() {
+    let wos = [(1.0, 0.0), (0.9, 1.0), (0.5, 4.0), (0.1, 2.2), (1e-3, 0.3), (-0.7, 0.8), (-0.2, 5.0)];
+    let mut trials = Vec::new();
+    for (name, model) in Bsdf::all_examples() {
+        for (cos, phi) in wos {
+            let wo = direction(cos, phi);
+            if is_resolved(&model, wo) {
+                trials.push(Trial::new(&model, name, trials.len(), wo));
+            }
+        }
+    }
+    let level = level(2 * trials.len());
+    for trial in &trials {
+        let p = trial.chi2_p();
+        let (z, z_p) = trial.albedo_p();
+        println!("{p:8.1e} {z:+6.2} mass {:.6} albedo {:.6}: {}", trial.density, trial.albedo, trial.what);
+        assert!(trial.density <= 1.0 + 5e-4, "density {}: {}", trial.density, trial.what);
+        assert!(p > level, "χ²: p = {p:e} < {level:e}: {}", trial.what);
+        assert!(
+            z_p > level,
+            "mean weight {} against ∫ f cos = {}: {z} standard errors: {}",
+            trial.weights.mean,
+            trial.albedo,
+            trial.what
+        );
+    }
+}

@@ -1,0 +1,226 @@
+//! The MIS weights of all strategies that could have made a path sum to one, and the weight a path was given is its share.
+//!
+//! Paths are taken from the bidirectional path tracer; every one is then divided anew at every edge, its densities computed
+//! from its vertices alone, and weighed by the same code as if that strategy had made it. No randomness is left by then, so
+//! the tolerance is that of `f32` densities.
+
+use crate::support::builtin;
+use integrators::bdpt::Bdpt;
+use integrators::connect::{EmitterEnd, PathDensities};
+use integrators::method::Pixel;
+use integrators::scratch::Scratch;
+use integrators::vertex::{PathVertex, Site, density_at};
+use integrators::{Contribution, Estimator, Orders, Request, Sink, Technique, Wants};
+use sampling::Vec3;
+use sampling::bsdf::{Bsdf, TransportMode, fresnel_dielectric};
+use sampling::mis::Heuristic;
+use sampling::sampler::{Role, Sampler, SamplerKind, StreamKey};
+use scenes::{EmitterId, Endpoint, EndpointKind, Interaction, Scene};
+
+const TOLERANCE: f64 = 2e-3;
+
+/// A path as it was found, its vertices from the emitter to the camera.
+struct Found {
+    vertices: Vec<PathVertex>,
+    technique: Technique,
+    weight: f64,
+}
+
+#[derive(Default)]
+struct Collect(Vec<Found>);
+
+impl Sink for Collect {
+    const WANTS: Wants = Wants { vertices: true };
+
+    fn add(&mut self, c: Contribution) {
+        let vertices = c.path.light.iter().chain(c.path.camera.iter().rev()).copied().collect();
+        self.0.push(Found { vertices, technique: c.technique, weight: c.weight });
+    }
+}
+
+/// Every path of some samples all over the image.
+fn paths(scene: &Scene, settings: &Bdpt, samples: u32) -> Vec<Found> {
+    let request = Request::new(Orders::up_to(6), false);
+    let key = StreamKey::new(11, "weights", Role::Estimate, 0);
+    let mut sampler = Sampler::new(SamplerKind::Independent, key, samples);
+    let (mut scratch, mut found) = (Scratch::default(), Collect::default());
+    let (width, height) = (scene.camera.width(), scene.camera.height());
+    for (x, y, sample) in (0..width).flat_map(|x| (0..height).flat_map(move |y| (0..samples).map(move |s| (x, y, s)))) {
+        sampler.start_sample((y * width + x) as u64, sample);
+        settings.estimate(scene, &request, Pixel { x, y }, &mut sampler, &mut scratch, &mut found);
+    }
+    found.0
+}
+
+/// A path taken apart: what is needed to divide it anew.
+struct Whole<'a> {
+    scene: &'a Scene,
+    vertices: &'a [PathVertex],
+    emitter: EmitterId,
+    endpoint: Endpoint,
+}
+
+impl<'a> Whole<'a> {
+    fn new(scene: &'a Scene, vertices: &'a [PathVertex]) -> Self {
+        let (emitter, endpoint) = match &vertices[0].site {
+            Site::Emitter(emitter, endpoint) => (*emitter, *endpoint),
+            Site::Surface(hit) => (hit.emitter.unwrap(), scene.endpoint_of(hit)),
+            Site::Camera => panic!("a path starts at an emitter"),
+        };
+        Self { scene, vertices, emitter, endpoint }
+    }
+
+    fn len(&self) -> usize {
+        self.vertices.len()
+    }
+
+    fn is_infinite(&self, i: usize) -> bool {
+        i == 0 && self.endpoint.kind == EndpointKind::Infinite
+    }
+
+    /// Unit direction from vertex `i` to its neighbour `j`.
+    fn direction(&self, i: usize, j: usize) -> Vec3 {
+        if self.is_infinite(j) {
+            return -self.endpoint.at.ng;
+        }
+        if self.is_infinite(i) {
+            return self.endpoint.at.ng;
+        }
+        (self.vertices[j].at.p - self.vertices[i].at.p).normalize()
+    }
+
+    /// Density per solid angle at vertex `i` of going on to `to`, having come from `from`.
+    fn scattering(&self, i: usize, from: usize, to: usize, mode: TransportMode) -> f32 {
+        let vertex = &self.vertices[i];
+        let Site::Surface(hit) = &vertex.site else { panic!("vertex {i} scatters") };
+        let (wo, wi) = (self.direction(i, from), self.direction(i, to));
+        if vertex.delta { delta_density(hit, wo, wi) } else { hit.pdf(wo, wi, mode) }
+    }
+
+    fn density(&self, i: usize, pdf: f32, from: usize) -> f64 {
+        if self.is_infinite(i) {
+            return pdf as f64;
+        }
+        if self.is_infinite(from) {
+            return (pdf * self.vertices[i].at.ng.dot(self.endpoint.at.ng).abs()) as f64;
+        }
+        density_at(&self.vertices[i].at, pdf, self.vertices[from].at.p)
+    }
+
+    /// Density of vertex `i` from the light's end.
+    fn from_light(&self, i: usize) -> f64 {
+        match i {
+            0 => {
+                let (pdf_p, _) = self.scene.pdf_le(self.emitter, &self.endpoint, self.direction(0, 1));
+                (pdf_p * self.scene.emitter_pmf(self.emitter)) as f64
+            }
+            1 => {
+                let (_, pdf_d) = self.scene.pdf_le(self.emitter, &self.endpoint, self.direction(0, 1));
+                self.density(1, pdf_d, 0)
+            }
+            _ => self.density(i, self.scattering(i - 1, i - 2, i, TransportMode::Importance), i - 1),
+        }
+    }
+
+    /// Density of vertex `i` from the camera's end.
+    fn from_camera(&self, i: usize) -> f64 {
+        let last = self.len() - 1;
+        if i == last {
+            return 1.0;
+        }
+        if i == last - 1 {
+            let (_, pdf) = self.scene.camera.pdf_we(&self.vertices[last].at, self.direction(last, i));
+            return self.density(i, pdf, last);
+        }
+        self.density(i, self.scattering(i + 1, i + 2, i, TransportMode::Radiance), i + 1)
+    }
+
+    /// The path as strategy `s` would have stored it.
+    fn divide(&self, s: usize) -> (Vec<PathVertex>, Vec<PathVertex>) {
+        let vertex = |i: usize, from: Option<usize>, fwd: f64, rev: f64| {
+            let mut vertex = self.vertices[i];
+            if i == 0 && s > 0 {
+                vertex.site = Site::Emitter(self.emitter, self.endpoint);
+                vertex.at = self.endpoint.at;
+            }
+            vertex.wo = from.map_or(Vec3::ZERO, |from| self.direction(i, from));
+            (vertex.pdf_fwd, vertex.pdf_rev) = (fwd, rev);
+            vertex.delta &= i > 0;
+            vertex
+        };
+        let light = |i: usize| {
+            let rev = if i + 2 < s { self.from_camera(i) } else { f64::NAN };
+            vertex(i, i.checked_sub(1), self.from_light(i), rev)
+        };
+        let camera = |i: usize| {
+            let rev = if i > s + 1 && i + 1 < self.len() { self.from_light(i) } else { f64::NAN };
+            vertex(i, Some(i + 1).filter(|&j| j < self.len()), self.from_camera(i), rev)
+        };
+        ((0..s).map(light).collect(), (s..self.len()).rev().map(camera).collect())
+    }
+
+    /// The weight that strategy `s` would have, if it is possible.
+    fn weight(&self, s: usize, settings: &Bdpt) -> Option<f64> {
+        let request = Request::new(Orders::up_to(6), false);
+        let rules = settings.rules(&request, &self.scene.needs);
+        let (light, camera) = self.divide(s);
+        let mut densities = PathDensities { emitter_to_camera: settings.emitter_to_camera, ..PathDensities::default() };
+        let end = EmitterEnd { emitter: self.emitter, endpoint: self.endpoint };
+        if s == 0 {
+            densities.set_emission(self.scene, &camera, &end);
+        } else {
+            let next_event = end.next_event_density(self.scene, self.vertices[1].at.p);
+            densities.set_connected(self.scene, (&rules.1, &rules.0), &light, &camera, next_event);
+        }
+        let hittable = self.endpoint.kind != EndpointKind::Point;
+        let connectable = |i: usize| !self.vertices[i].delta;
+        let possible = match s {
+            0 => hittable,
+            1 if self.len() == 2 => settings.emitter_to_camera && hittable,
+            _ => connectable(s - 1) && connectable(s),
+        };
+        possible.then(|| densities.weight(s, settings.mis))
+    }
+}
+
+/// A delta lobe's density in the measure that scattering preserves, from the equations alone.
+fn delta_density(hit: &Interaction, wo: Vec3, wi: Vec3) -> f32 {
+    let (cos_o, cos_i) = (wo.dot(hit.ns()), wi.dot(hit.ns()));
+    match hit.bsdf {
+        Bsdf::Mirror(_) => cos_i.abs(),
+        Bsdf::Dielectric(glass) => {
+            let eta = if cos_o > 0.0 { glass.eta } else { 1.0 / glass.eta };
+            let reflected = fresnel_dielectric(cos_o.abs(), eta).reflected;
+            if cos_o * cos_i > 0.0 { reflected * cos_i.abs() } else { (1.0 - reflected) * eta * eta * cos_i.abs() }
+        }
+        other => panic!("{} has no delta lobe", other.name()),
+    }
+}
+
+fn check(scene: &Scene, settings: &Bdpt, samples: u32) {
+    let found = paths(scene, settings, samples);
+    let mut per_length = vec![0; 16];
+    for path in &found {
+        let whole = Whole::new(scene, &path.vertices);
+        let Technique::Connect { s, .. } = path.technique else { panic!("bdpt connects") };
+        let weights: Vec<Option<f64>> = (0..whole.len()).map(|s| whole.weight(s, settings)).collect();
+        let sum: f64 = weights.iter().flatten().sum();
+        let share = weights[s as usize].expect("the strategy that made a path can make it");
+        let ok = (sum - 1.0).abs() < TOLERANCE && (share - path.weight).abs() < TOLERANCE;
+        assert!(ok, "{}, {:?}, {settings:?}: weight {}, by strategy {weights:?}, sum {sum}", scene.name, path.technique, path.weight);
+        per_length[whole.len()] += 1;
+    }
+    assert!(per_length[3..7].iter().all(|&n| n > 0), "{}: paths by length {per_length:?}", scene.name);
+}
+
+#[test]
+fn weights_of_all_strategies_sum_to_one() {
+    for name in ["cornell_box", "furnace", "integrating_sphere", "veach_mis", "glass_caustic", "indirect_lamp"] {
+        for mis in [Heuristic::Balance, Heuristic::Power] {
+            for emitter_to_camera in [false, true] {
+                let settings = Bdpt { mis, emitter_to_camera, ..Bdpt::default() };
+                check(&builtin(name, 8), &settings, 2);
+            }
+        }
+    }
+}

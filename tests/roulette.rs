@@ -1,0 +1,52 @@
+//! Roulette moves no mean, and the tail that it makes possible joins on to the truncated series.
+//!
+//! False-alarm rate: 0.1 % for each test.
+
+use crate::support::{Budget, Estimate, Family, builtin, exact, grey, measure, method_with};
+use serde_json::json;
+
+#[test]
+fn roulette_moves_no_mean() {
+    let mut family = Family::new("roulette");
+    for (scene, samples) in [("cornell_box", 128), ("veach_mis", 64)] {
+        let scene = builtin(scene, 8);
+        let pairs = [
+            ("path", json!({"roulette": "none"}), json!({"roulette": "throughput", "roulette_start": 1})),
+            ("light", json!({"roulette": "none"}), json!({"roulette": "throughput", "roulette_start": 1})),
+            ("bdpt", json!({"roulette": "none"}), json!({"roulette": "local"})),
+        ];
+        for (name, off, on) in pairs {
+            let budget = Budget::samples(samples);
+            let off = measure(&scene, method_with(name, off).as_ref(), &format!("{name}_off"), budget);
+            let on = measure(&scene, method_with(name, on).as_ref(), &format!("{name}_on"), budget);
+            for layer in 0..off.layers.len() {
+                let label = format!("{} {name} order {layer}", scene.name);
+                family.pair(label.clone(), Estimate::of_image(&off, layer), Estimate::of_image(&on, layer));
+                for block in 0..off.grid.count() {
+                    let pair = [&off, &on].map(|m| Estimate::of_block(m, layer, block));
+                    family.pair(format!("{label} block {block}"), pair[0], pair[1]);
+                }
+            }
+        }
+    }
+    family.finish();
+}
+
+/// The tail beyond order 2 must be the orders 3 to 20 and what little follows them, in a scene with a closed form.
+#[test]
+fn the_tail_is_the_rest_of_the_series() {
+    let scene = builtin("furnace", 4);
+    let emitted = |k: usize| {
+        let ray = scene.camera.sample_we(sampling::vec2(2.0, 2.0), sampling::Vec2::ZERO).ray;
+        let hit = scene.intersect(&ray).unwrap();
+        exact(&scene, k, hit.point.p, ray.d)
+    };
+    let mut family = Family::new("tail");
+    for (name, settings) in [("path", json!({})), ("light", json!({})), ("bdpt", json!({"roulette": "local"}))] {
+        let budget = Budget { max_order: 2, tail: true, ..Budget::samples(256) };
+        let m = measure(&scene, method_with(name, settings).as_ref(), name, budget);
+        let truth: f64 = (3..200).map(|k| grey(emitted(k))).sum();
+        family.against_truth(format!("{name} tail"), Estimate::of_image(&m, 3), truth);
+    }
+    family.finish();
+}
