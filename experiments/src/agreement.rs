@@ -279,7 +279,8 @@ mod tests {
             found += usize::from(welch((&a).into(), (&b).into(), 0.0).p < 0.01);
         }
         // Six standard deviations of a binomial count: false alarms below 10⁻⁸.
-        let near = |count: usize, p: f64| (count as f64 - RUNS as f64 * p).abs() < 6.0 * (RUNS as f64 * p * (1.0 - p)).sqrt();
+        let near =
+            |count: usize, p: f64| (count as f64 - RUNS as f64 * p).abs() < 6.0 * (RUNS as f64 * p * (1.0 - p)).sqrt();
         assert!(near(small, 0.05), "{small} of {RUNS} p-values below 0.05");
         assert!(near(found, 0.88), "{found} of {RUNS} biases found");
     }

@@ -203,9 +203,7 @@ pub fn main() -> ExitCode {
 
 fn execute(cli: &Cli) -> Result<Status, Error> {
     let verbosity = if cli.quiet { Verbosity::Quiet } else { Verbosity::Normal };
-    let signals = || {
-        Stop::on_signals().map_err(|e| Error::usage(format!("cannot listen to Ctrl-C and SIGTERM: {e}")))
-    };
+    let signals = || Stop::on_signals().map_err(|e| Error::usage(format!("cannot listen to Ctrl-C and SIGTERM: {e}")));
     let default = Command::Run(RunArgs { experiment: "comparison".to_owned(), ..RunArgs::default() });
     match cli.command.as_ref().unwrap_or(&default) {
         Command::Run(args) => run_command::run(args, verbosity, &signals()?),

@@ -155,7 +155,8 @@ impl Source {
 
     /// Blames a key of the file.
     pub fn blame(&self, key: &str, message: String) -> Error {
-        let sets = |line: &str| line.trim_start().strip_prefix(key).is_some_and(|rest| rest.trim_start().starts_with('='));
+        let sets =
+            |line: &str| line.trim_start().strip_prefix(key).is_some_and(|rest| rest.trim_start().starts_with('='));
         let line = self.text.lines().position(sets).map(|n| n + 1);
         self.fault(line, message)
     }
@@ -230,7 +231,10 @@ impl Experiment {
 
     fn check_budget(&self) -> Result<(), Fault> {
         if self.replicates < 2 {
-            return Err(("replicates", "an experiment needs at least 2 replicates, for without them there is no variance".to_owned()));
+            return Err((
+                "replicates",
+                "an experiment needs at least 2 replicates, for without them there is no variance".to_owned(),
+            ));
         }
         match (self.spp, self.seconds) {
             (None, None) => Err(("spp", "no budget; give spp (samples per pixel) or seconds".to_owned())),
@@ -251,7 +255,10 @@ impl Convergence {
             return Err(("checkpoints", "checkpoints must be positive and rise, such as [1, 2, 4, 8]".to_owned()));
         }
         if self.replicates < 8 {
-            return Err(("replicates", "convergence needs at least 8 replicates for its bootstrap; 32 or more are better".to_owned()));
+            return Err((
+                "replicates",
+                "convergence needs at least 8 replicates for its bootstrap; 32 or more are better".to_owned(),
+            ));
         }
         Ok(())
     }

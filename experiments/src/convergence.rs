@@ -229,8 +229,11 @@ mod tests {
             let of_pixel = |p: usize| (0..9).map(|r| x(r, p)).collect::<Moments>().variance();
             (0..5).map(of_pixel).sum::<f64>() / 5.0
         };
-        let expected =
-            [variance(&|r, p| value(r, 0, p)), variance(&|r, p| value(r, 1, p)), variance(&|r, p| value(r, 0, p) + value(r, 1, p))];
+        let expected = [
+            variance(&|r, p| value(r, 0, p)),
+            variance(&|r, p| value(r, 1, p)),
+            variance(&|r, p| value(r, 0, p) + value(r, 1, p)),
+        ];
         for (row, expected) in rows.iter().zip(expected) {
             assert!((row.variance - expected).abs() < 1e-12 * expected, "{} {expected}", row.variance);
             assert_eq!((row.replicate_variances.len(), row.replicates), (8, 9));

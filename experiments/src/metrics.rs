@@ -31,7 +31,12 @@ pub struct Distances {
 }
 
 /// Compares two images of the same size. `variances` are those of their pixels, in the same order.
-pub fn distances(layer: &str, x: &[[f32; 3]], reference: &[[f32; 3]], variances: Option<(&[[f32; 3]], &[[f32; 3]])>) -> Distances {
+pub fn distances(
+    layer: &str,
+    x: &[[f32; 3]],
+    reference: &[[f32; 3]],
+    variances: Option<(&[[f32; 3]], &[[f32; 3]])>,
+) -> Distances {
     let mut sums = Sums::default();
     for (x, reference) in x.iter().zip(reference) {
         if !x.iter().chain(reference).all(|v| v.is_finite()) {

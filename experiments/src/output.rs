@@ -168,7 +168,10 @@ mod tests {
         };
         run(&["manifest.json", "a/old.exr", "both.csv"], &[]);
         fs::write(path.join("mine.txt"), "kept").unwrap();
-        run(&["manifest.json", "both.csv", "b/new.exr"], &["a/old.exr".into(), "both.csv".into(), "../../escape".into()]);
+        run(
+            &["manifest.json", "both.csv", "b/new.exr"],
+            &["a/old.exr".into(), "both.csv".into(), "../../escape".into()],
+        );
         assert_eq!(names(&path), ["b/new.exr", "both.csv", "manifest.json", "mine.txt"]);
         assert!(!path.join("a").exists());
     }

@@ -9,7 +9,11 @@ pub fn least_order(class: &str) -> usize {
     loop {
         match symbols.next() {
             Some('E') => return least,
-            Some('(') => if symbols.by_ref().all(|c| c != ')') { return 0 },
+            Some('(') => {
+                if symbols.by_ref().all(|c| c != ')') {
+                    return 0;
+                }
+            }
             Some('D' | 'S' | '.') => {}
             _ => return 0,
         }
@@ -25,8 +29,11 @@ mod tests {
 
     #[test]
     fn scatterings_that_must_be_are_counted() {
-        let cases = [("LE", 0), ("LSE", 1), ("L.*SE: mirrors", 1), ("LS.*E from points", 1), ("L(D|S)(D|S)+E: deep", 2)];
-        for (class, least) in cases.into_iter().chain([("LD+S*DE", 2), ("paths of some kind", 0), ("L(D|S", 0), ("LX", 0)]) {
+        let cases =
+            [("LE", 0), ("LSE", 1), ("L.*SE: mirrors", 1), ("LS.*E from points", 1), ("L(D|S)(D|S)+E: deep", 2)];
+        for (class, least) in
+            cases.into_iter().chain([("LD+S*DE", 2), ("paths of some kind", 0), ("L(D|S", 0), ("LX", 0)])
+        {
             assert_eq!(least_order(class), least, "{class}");
         }
     }

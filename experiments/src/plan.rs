@@ -182,7 +182,7 @@ mod tests {
         assert!(message(&["bdpt.miss=\"power\""]).contains("did you mean `mis`"));
         assert!(message(&["max_ordr=3"]).contains("did you mean `max_order`"));
         assert!(message(&["scenes=[\"cornel\"]"]).contains("did you mean `cornell_box`"));
-        assert!(message(&["size=[100000, 100000]", "max_order=1000"]).contains("--size"));
+        assert!(message(&["size=[10000, 10000]", "max_order=5000"]).contains("--size"));
         assert!(message(&["sampler=\"stratifed\""]).contains("did you mean `stratified`"));
     }
 }

@@ -112,9 +112,10 @@ pub fn difference(former: &Manifest, plan: &Plan) -> Option<String> {
             return Some(if short { format!("{key} was {old}, now {new}") } else { format!("{key} changed") });
         }
     }
-    let edited = plan.scenes.iter().find(|s| {
-        former.scenes.iter().all(|old| old.name != s.name || old.hash != s.scene.hash.to_string())
-    })?;
+    let edited = plan
+        .scenes
+        .iter()
+        .find(|s| former.scenes.iter().all(|old| old.name != s.name || old.hash != s.scene.hash.to_string()))?;
     Some(format!("scene {} was edited", edited.name))
 }
 

@@ -83,7 +83,8 @@ impl Job {
         let layers = self.settings.orders.iter().count() as u64 + u64::from(self.settings.tail);
         require_memory(u128::from(Render::bytes(pixels, layers)), "this image")?;
 
-        let samples_per_replicate = self.budget.samples_per_replicate(&self.scene, &*self.method, &self.settings, stop)?;
+        let samples_per_replicate =
+            self.budget.samples_per_replicate(&self.scene, &*self.method, &self.settings, stop)?;
         let settings = RenderSettings { samples_per_replicate, ..self.settings.clone() };
         let mut render = Render::new(&self.scene, &*self.method, settings)?;
         let mut progress = Progress::new(f64::from(self.budget.replicates), verbosity);
@@ -176,7 +177,11 @@ fn output_path(args: &RenderArgs, scene: &Scene) -> Result<PathBuf, Error> {
     let output = args.output.clone().unwrap_or_else(default);
     if output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
         let name = output.with_extension("exr");
-        return Err(Error::usage(format!("{}: images are OpenEXR files; call it {}", output.display(), name.display())));
+        return Err(Error::usage(format!(
+            "{}: images are OpenEXR files; call it {}",
+            output.display(),
+            name.display()
+        )));
     }
     output::check_file(&output)?;
     if let Some(stats) = &args.stats {

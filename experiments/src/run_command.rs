@@ -8,7 +8,7 @@ use crate::export::png::write_contact_sheet;
 use crate::output::Folder;
 use crate::plan::Plan;
 use crate::progress::Verbosity;
-use crate::record::{self, MANIFEST};
+use crate::record::{self, MANIFEST, StoredManifest};
 use crate::result::{ExperimentResult, Verdict};
 use crate::stop::Stop;
 use crate::{agreement, budget, convergence, report, runner, settings};
@@ -25,11 +25,15 @@ pub fn run(args: &RunArgs, verbosity: Verbosity, stop: &Stop) -> Result<Status, 
     let experiment = changed(source.parse()?, args)?;
     let mut plan = Plan::new(&source, experiment)?;
     let path = args.out.clone().unwrap_or_else(|| PathBuf::from("results").join(&plan.name));
-    let former = former_files(&path, &plan, args)?;
+    let former = former_results(&path, &plan, args)?;
     let folder = Folder::open(&path)?;
 
     let pool = budget::pool(args.threads)?;
     let methods = pool.install(|| runner::run(&mut plan, verbosity, stop))?;
+    if let (Some(signal), true) = (stop.signal(), former.as_ref().is_some_and(|f| f.manifest.complete)) {
+        eprintln!("stopped early: the complete results in {} are kept", path.display());
+        return Ok(Status::Interrupted(signal));
+    }
     let mut agreements = Vec::new();
     for scene in &plan.scenes {
         let of_scene: Vec<_> = methods.iter().filter(|m| m.scene == scene.name).collect();
@@ -41,7 +45,7 @@ pub fn run(args: &RunArgs, verbosity: Verbosity, stop: &Stop) -> Result<Status, 
     let result = ExperimentResult { name, experiment, methods, agreement: agreements, slopes, manifest };
 
     write_all(&folder, &plan, &result)?;
-    folder.commit(&former, MANIFEST)?;
+    folder.commit(&former.map(|f| f.files).unwrap_or_default(), MANIFEST)?;
     if verbosity == Verbosity::Normal {
         print(&summary(&result, &path))?;
     }
@@ -69,11 +73,11 @@ fn changed(experiment: Experiment, args: &RunArgs) -> Result<Experiment, Error> 
     Ok(experiment)
 }
 
-/// The files of an earlier run of the same configuration in this folder, which this run replaces.
-fn former_files(path: &Path, plan: &Plan, args: &RunArgs) -> Result<Vec<String>, Error> {
+/// The results of an earlier run of the same configuration in this folder, which this run replaces.
+fn former_results(path: &Path, plan: &Plan, args: &RunArgs) -> Result<Option<StoredManifest>, Error> {
     let is_empty = std::fs::read_dir(path).map_or(true, |mut entries| entries.next().is_none());
     if is_empty {
-        return Ok(Vec::new());
+        return Ok(None);
     }
     let Some(former) = record::read_manifest(path) else {
         return Err(Error::usage(format!(
@@ -88,7 +92,7 @@ fn former_files(path: &Path, plan: &Plan, args: &RunArgs) -> Result<Vec<String>,
             path.display()
         )));
     }
-    Ok(former.files)
+    Ok(Some(former))
 }
 
 fn write_all(folder: &Folder, plan: &Plan, result: &ExperimentResult) -> Result<(), Error> {

@@ -38,9 +38,8 @@ pub fn run(plan: &mut Plan, verbosity: Verbosity, stop: &Stop) -> Result<Vec<Met
 fn samples_per_replicate(plan: &Plan, stop: &Stop) -> Result<Vec<Vec<u32>>, Error> {
     let of = |scene: &PlannedScene| {
         let methods = plan.methods.iter().map(|m| &*m.method);
-        let budgets = methods.map(|method| {
-            plan.budget.samples_per_replicate(&scene.scene, method, &plan.render_settings(method), stop)
-        });
+        let budgets = methods
+            .map(|method| plan.budget.samples_per_replicate(&scene.scene, method, &plan.render_settings(method), stop));
         budgets.collect()
     };
     plan.scenes.iter().map(of).collect()
@@ -130,7 +129,11 @@ fn measure_convergence(
         let mut runs = Vec::new();
         for planned in &plan.methods {
             let settings = checkpoint_settings(plan, scene, &*planned.method, samples);
-            runs.push(CheckpointRun::new(scene, Render::new(&scene.scene, &*planned.method, settings.clone())?, &settings));
+            runs.push(CheckpointRun::new(
+                scene,
+                Render::new(&scene.scene, &*planned.method, settings.clone())?,
+                &settings,
+            ));
         }
         for replicate in 0..convergence.replicates {
             for (run, planned) in runs.iter_mut().zip(&plan.methods) {

@@ -16,6 +16,7 @@ use crate::scratch::Scratch;
 use crate::vertex::{PathVertex, Site};
 use crate::walk::{Departure, WalkRules, walk};
 use sampling::bsdf::TransportMode;
+use sampling::fault;
 use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
 use sampling::sampler::{Purpose, Sampler, Subpath};
@@ -283,7 +284,8 @@ impl<S: Sink> Join<'_, S> {
             return;
         }
         let f_y = at_y.eval(y.wo, d, TransportMode::Importance);
-        let geometry = d.dot(at_y.ns()).abs() * d.dot(at_z.ns()).abs() / distance_squared;
+        let cos_y = fault!("connection_cosine_dropped", d.dot(at_y.ns()).abs(), 1.0);
+        let geometry = cos_y * d.dot(at_z.ns()).abs() / distance_squared;
         let value = y.beta * f_y * f_z * z.beta * geometry;
         if value.is_zero() || self.is_blocked(&y.at.segment_to(&z.at)) {
             return;

@@ -11,6 +11,7 @@ use crate::vertex::{PathVertex, Site, density_at};
 use crate::walk::WalkRules;
 use sampling::Vec3;
 use sampling::bsdf::TransportMode;
+use sampling::fault;
 use sampling::mis::Heuristic;
 use scenes::{EmitterId, Endpoint, EndpointKind, Scene};
 
@@ -77,29 +78,29 @@ impl PathDensities {
         let (y, z) = (&light[s - 1], &camera[t - 1]);
         let to_y = if y.is_infinite() { -y.at.ng } else { (y.at.p - z.at.p).normalize_or_zero() };
         self.next_event = next_event;
-        match y.site {
+        match &y.site {
             Site::Emitter(emitter, endpoint) => {
-                let end = EmitterEnd { emitter, endpoint };
+                let end = EmitterEnd { emitter: *emitter, endpoint: *endpoint };
                 (self.light[0], self.light[1]) = end.emission_densities(scene, z);
                 self.hittable = endpoint.kind != EndpointKind::Point;
             }
             Site::Surface(interaction) => {
-                let survival = light_rules.survival(&interaction);
+                let survival = light_rules.survival(interaction);
                 let forward = interaction.pdf(y.wo, -to_y, TransportMode::Importance);
                 self.light[s] = z.density(forward * survival, y.at.p);
                 let back = interaction.pdf(-to_y, y.wo, TransportMode::Radiance);
                 self.camera[s - 2] = light[s - 2].density(back * survival, y.at.p);
-                self.hittable = !matches!(light[0].site, Site::Emitter(_, Endpoint { kind: EndpointKind::Point, .. }));
+                self.hittable = !matches!(&light[0].site, Site::Emitter(_, Endpoint { kind: EndpointKind::Point, .. }));
             }
             Site::Camera => {}
         }
-        match z.site {
+        match &z.site {
             Site::Camera => {
                 let (_, pdf) = scene.camera.pdf_we(&z.at, to_y);
                 self.camera[s - 1] = y.density(pdf, z.at.p);
             }
             Site::Surface(interaction) => {
-                let survival = camera_rules.survival(&interaction);
+                let survival = camera_rules.survival(interaction);
                 let forward = interaction.pdf(z.wo, to_y, TransportMode::Radiance);
                 self.camera[s - 1] = y.density(forward * survival, z.at.p);
                 if t >= 3 {
@@ -152,7 +153,7 @@ impl PathDensities {
     #[inline]
     pub fn is_possible(&self, s: usize) -> bool {
         match s {
-            0 => self.hittable,
+            0 => fault!("emitter_hits_left_out_of_the_sum", self.hittable, false),
             1 if self.len() == 2 => self.emitter_to_camera,
             _ => self.connectable[s - 1] && self.connectable[s],
         }

@@ -8,6 +8,7 @@ use crate::contribution::{Contribution, Sink, Wants};
 use crate::measurement::Counters;
 use crate::request::Request;
 use crate::splats::{Splat, Splats};
+use sampling::fault;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -151,7 +152,8 @@ impl Sink for BlockFilm<'_> {
         if !(raster.x >= 0.0 && raster.y >= 0.0 && raster.x < self.width as f32 && raster.y < self.height as f32) {
             return;
         }
-        let (x, y) = (raster.x as u32, raster.y as u32);
+        let x = fault!("last_column_left_out", raster.x as u32, (raster.x as u32).min(self.width.max(2) - 2));
+        let y = raster.y as u32;
         let value = value.to_array();
         if self.tile.x.contains(&x) && self.tile.y.contains(&y) {
             let pixel = (y - self.tile.y.start) as usize * self.tile.x.len() + (x - self.tile.x.start) as usize;

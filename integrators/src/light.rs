@@ -9,6 +9,7 @@ use crate::request::Request;
 use crate::roulette::Roulette;
 use crate::scratch::Scratch;
 use sampling::bsdf::TransportMode;
+use sampling::fault;
 use sampling::math::Spectrum;
 use sampling::sampler::{Purpose, Sampler, Subpath};
 use sampling::{Vec2, Vec3};
@@ -153,6 +154,7 @@ impl<S: Sink> Walk<'_, S> {
 
     fn add(&mut self, raster: Vec2, order: usize, value: Spectrum) {
         let technique = Technique::Connect { s: order as u16 + 1, t: 1 };
+        let value = fault!("light_paths_miscounted", value, value * 0.5);
         self.out.add(Contribution { raster, technique, value, weight: 1.0, path: PathView::default() });
     }
 }

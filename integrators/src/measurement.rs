@@ -1,6 +1,7 @@
 //! What a render leaves behind: means, variances and covariances of every order, and what they cost.
 
 use crate::statistics::BlockGrid;
+use sampling::fault;
 use serde::Serialize;
 
 /// One image of a measurement: an order of the Neumann series, or all orders beyond the last one.
@@ -141,7 +142,8 @@ impl Measurement {
         if self.replicates < 2 {
             return None;
         }
-        let (i, n) = (self.at(layer, pixel), (self.replicates - 1) as f64);
+        let n = fault!("variance_with_n_for_n_minus_1", self.replicates - 1, self.replicates) as f64;
+        let i = self.at(layer, pixel);
         Some([self.m2[i] / n, self.m2[i + 1] / n, self.m2[i + 2] / n])
     }
 

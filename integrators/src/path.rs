@@ -12,6 +12,7 @@ use crate::scratch::Scratch;
 use sampling::Vec2;
 use sampling::Vec3;
 use sampling::bsdf::TransportMode;
+use sampling::fault;
 use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
 use sampling::sampler::{Purpose, Sampler, Subpath};
@@ -128,7 +129,10 @@ impl<S: Sink> Walk<'_, S> {
         }
         let weight = match self.last {
             None => 1.0,
-            Some(last) => weight2(self.settings.mis, last.pdf, pdf_next_event(self.scene, last.p, emitter, hit, -wo)),
+            Some(last) => {
+                let pdf = pdf_next_event(self.scene, last.p, emitter, hit, -wo);
+                fault!("emission_counted_twice", weight2(self.settings.mis, last.pdf, pdf), 1.0)
+            }
         };
         self.add(Technique::Connect { s: 0, t: self.order as u16 + 2 }, self.beta * le, weight);
     }
@@ -159,7 +163,8 @@ impl<S: Sink> Walk<'_, S> {
         let Some(event) = sample_next_event(self.scene, hit.point.p, sampler) else { return };
         scratch.counters.connections += 1;
         let (f, pdf) = hit.eval_pdf(wo, event.wi, TransportMode::Radiance);
-        let value = self.beta * f * event.radiance * event.wi.dot(hit.ns()).abs();
+        let cos = fault!("next_event_cosine_dropped", event.wi.dot(hit.ns()).abs(), 1.0);
+        let value = self.beta * f * event.radiance * cos;
         if value.is_zero() {
             return;
         }
@@ -167,8 +172,10 @@ impl<S: Sink> Walk<'_, S> {
         if self.scene.occluded(&event.shadow_ray(&hit.point)) {
             return;
         }
-        let weight = if event.delta { 1.0 } else { weight2(self.settings.mis, event.pdf, pdf) };
-        self.add(Technique::Connect { s: 1, t: self.order as u16 + 2 }, value, weight);
+        let heuristic = fault!("heuristics_differ_between_sides", self.settings.mis, Heuristic::Balance);
+        let weight = if event.delta { 1.0 } else { weight2(heuristic, event.pdf, pdf) };
+        let t = self.order as u16 + fault!("order_off_by_one", 2, 1);
+        self.add(Technique::Connect { s: 1, t }, value, weight);
     }
 
     /// Takes the walk one scattering on, or ends it.

@@ -1,5 +1,6 @@
 //! Russian roulette: ends walks at random without moving the mean.
 
+use sampling::fault;
 use sampling::math::Spectrum;
 use serde::{Deserialize, Serialize};
 
@@ -26,7 +27,7 @@ impl Roulette {
             return Some(1.0);
         }
         let survival = throughput.max_component().min(MAX_SURVIVAL);
-        (u() < survival).then(|| 1.0 / survival)
+        (u() < survival).then(|| fault!("roulette_not_compensated", 1.0 / survival, 1.0))
     }
 }
 

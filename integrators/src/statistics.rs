@@ -5,6 +5,7 @@
 //! (the sum of the replicate at work, and mean and squared deviations of the group and of the whole): 120 bytes for three channels.
 
 use crate::film::Film;
+use sampling::fault;
 use rayon::prelude::*;
 
 /// Replicates in a group.
@@ -212,8 +213,17 @@ impl Piece {
         }
         for c in 0..3 {
             let sum = |deviations: &[f64]| deviations.iter().skip(c).step_by(3).sum::<f64>();
-            total[0][c] += sum(&self.before) * sum(&self.after);
+
+            total[0][c] += fault!("covariance_dropped", sum(&self.before) * sum(&self.after), self.diagonal(c));
         }
+    }
+}
+
+#[cfg(mutate)]
+impl Piece {
+    /// The products of a channel's deviations within each layer.
+    fn diagonal(&self, channel: usize) -> f64 {
+        (channel..self.layers * 3).step_by(3).map(|i| self.before[i] * self.after[i]).sum()
     }
 }
 

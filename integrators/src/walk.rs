@@ -5,6 +5,7 @@ use crate::roulette::LocalRoulette;
 use crate::vertex::{PathVertex, Site, density_at};
 use sampling::Vec3;
 use sampling::bsdf::{BsdfModel, TransportMode};
+use sampling::fault;
 use sampling::math::Spectrum;
 use sampling::sampler::{Purpose, Sampler, Subpath};
 use scenes::{Interaction, Ray, Scene};
@@ -136,7 +137,7 @@ fn scatter(
     if sample.weight.is_zero() {
         return None;
     }
-    let delta = sample.lobe.is_delta();
+    let delta = fault!("delta_taken_for_connectable", sample.lobe.is_delta(), false);
     let (pdf_fwd, pdf_rev) = if delta {
         // A delta lobe's density is its pmf in units of a Dirac in projected solid angle times η², the measure that
         // scattering preserves; in it, the two directions' densities are the same number [Veach97, §5.2].
@@ -150,7 +151,7 @@ fn scatter(
         weight: sample.weight / survival,
         delta,
         pdf_fwd: pdf_fwd * survival,
-        pdf_rev: pdf_rev * survival,
+        pdf_rev: pdf_rev * fault!("roulette_in_one_density_only", survival, 1.0),
     })
 }
 

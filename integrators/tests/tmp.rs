@@ -1,9 +1,7 @@
-#[path="../../tests/agreement.rs"] mod agreement;
-#[path="../../tests/determinism.rs"] mod determinism;
-#[path="../../tests/meshes.rs"] mod meshes;
-#[path="../../tests/mis_weights.rs"] mod mis_weights;
-#[path="../../tests/needs.rs"] mod needs;
-#[path="../../tests/orders.rs"] mod orders;
-#[path="../../tests/roulette.rs"] mod roulette;
-#[path="../../tests/splats.rs"] mod splats;
-#[path="../../tests/support.rs"] mod support;
+#![allow(missing_docs)]
+#[path = "../../tests"]
+mod laws {
+    pub mod support;
+    pub mod pilot;
+}
+use laws::support;

@@ -1,4 +1,4 @@
-//! Discrete choice in constant time by Walker's alias method, built after [Vose91].
+//! Discrete choice in constant time by Walker's alias method, after Vose `[Vose91]`.
 
 use crate::distribution::{DistributionError, GRID, apportion};
 
@@ -65,7 +65,7 @@ impl AliasTable {
     pub fn sample(&self, uc: f32) -> (usize, f32, f32) {
         let position = uc * GRID as f32;
         let number = position as u32;
-        let own = (u64::from(number) * self.buckets.len() as u64 >> 24) as usize;
+        let own = ((u64::from(number) * self.buckets.len() as u64) >> 24) as usize;
         let bucket = self.buckets[own];
         let end = self.buckets.get(own + 1).map_or(GRID, |next| next.start);
         let (index, from, to) = if number < bucket.split {

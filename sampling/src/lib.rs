@@ -29,7 +29,7 @@
 //!
 //! # Sources
 //!
-//! The keys by which all crates of neumann cite.
+//! The keys by which all crates of neumann cite: `[Key]`, or `[Key, equation or section]`.
 //!
 //! - `[Chan83]` T. F. Chan, G. H. Golub, R. J. LeVeque: *Algorithms for computing the sample variance*,
 //!   The American Statistician 37(3), 1983.
@@ -58,6 +58,7 @@
 pub mod alias;
 pub mod bsdf;
 pub mod distribution;
+pub mod fault;
 pub mod math;
 pub mod measure;
 pub mod mis;

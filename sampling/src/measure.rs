@@ -4,7 +4,7 @@ use glam::Vec3;
 
 /// The density per area [1/m²] at `to` of a direction sampled at `from` with density `pdf` [1/sr].
 ///
-/// `n_to` is the unit geometric normal at `to`; p_A = p_ω |cos θ_to| / d² [Veach97, (8.8)].
+/// `n_to` is the unit geometric normal at `to`; p_A = p_ω |cos θ_to| / d² [Veach97, section 8.2.2].
 #[inline]
 pub fn solid_angle_to_area(pdf: f32, from: Vec3, to: Vec3, n_to: Vec3) -> f32 {
     let (w, d2) = direction_and_squared_distance(from, to);

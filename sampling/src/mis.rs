@@ -7,10 +7,10 @@ use std::{fmt, str::FromStr};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Heuristic {
-    /// w_s = p_s / Σ p_i [Veach97, (9.8)].
+    /// w_s = p_s / Σ p_i [Veach97, section 9.2.2].
     #[default]
     Balance,
-    /// w_s = p_s² / Σ p_i² [Veach97, (9.14) with β = 2].
+    /// w_s = p_s² / Σ p_i², the power heuristic with β = 2 [Veach97, section 9.2.3].
     Power,
 }
 

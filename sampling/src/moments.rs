@@ -1,4 +1,4 @@
-//! Running means, variances and covariances in f64 that can be merged [Welford62; Chan83].
+//! Running means, variances and covariances in f64 that can be merged `[Welford62]` `[Chan83]`.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,7 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Adds one value [Welford62].
+    /// Adds one value, by Welford's update `[Welford62]`.
     #[inline]
     pub fn push(&mut self, x: f64) {
         self.n += 1;
@@ -23,7 +23,7 @@ impl Moments {
         self.m2 += delta * (x - self.mean);
     }
 
-    /// Adds all that `other` has seen [Chan83, (2.1)].
+    /// Adds all that `other` has seen, by the pairwise update `[Chan83]`.
     #[inline]
     pub fn merge(&mut self, other: &Self) {
         if other.n == 0 {
@@ -108,7 +108,7 @@ impl CovarianceMoments {
         }
     }
 
-    /// Adds all that `other` has seen [Chan83].
+    /// Adds all that `other` has seen, by the pairwise update `[Chan83]`.
     pub fn merge(&mut self, other: &Self) {
         assert_eq!(other.dimensions(), self.dimensions(), "components of a vector");
         if other.n == 0 {

@@ -1,4 +1,4 @@
-//! Pseudo-random bits: PCG32 streams [ONeill14] and the mixing that starts them. The only file that knows `rand_pcg`.
+//! Pseudo-random bits: PCG32 streams `[ONeill14]` and the mixing that starts them. The only file that knows `rand_pcg`.
 
 use rand::Rng;
 use rand_pcg::Pcg32;
@@ -36,7 +36,7 @@ pub fn unit_f32(bits: u32) -> f32 {
     (bits >> 8) as f32 * (1.0 / (1 << 24) as f32)
 }
 
-/// 64 bits that each depend on all bits of `x` as if by chance; a bijection, the finaliser of SplitMix64 [Steele14].
+/// 64 bits that each depend on all bits of `x` as if by chance; a bijection, the finaliser of SplitMix64 `[Steele14]`.
 #[inline]
 pub fn mix(x: u64) -> u64 {
     let x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -44,7 +44,7 @@ pub fn mix(x: u64) -> u64 {
     x ^ x >> 31
 }
 
-/// The `index`-th output of the SplitMix64 generator with state `seed` [Steele14]: a bijection in either argument.
+/// The `index`-th output of the SplitMix64 generator with state `seed` `[Steele14]`: a bijection in either argument.
 ///
 /// Repeated, it mixes any number of words: `mix2(mix2(a, b), c)`.
 #[inline]

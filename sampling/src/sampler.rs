@@ -5,6 +5,7 @@
 //! be cut among threads in any way. The other side of the coin: drawing twice at one address gives the same number
 //! twice.
 
+use crate::fault;
 use crate::rng::{Stream, mix2};
 use glam::{Vec2, vec2};
 use serde::{Deserialize, Serialize};
@@ -30,6 +31,8 @@ impl StreamKey {
     /// The key of a replicate of a method instance in a role; keys that differ in any of the four are independent.
     pub fn new(seed: u64, instance: &str, role: Role, replicate: u32) -> Self {
         let name = instance.bytes().fold(mix2(seed, instance.len() as u64), |h, byte| mix2(h, u64::from(byte)));
+        let replicate = fault!("streams_shared_between_replicates", replicate, 0);
+        let role = fault!("streams_shared_between_roles", role, Role::Estimate);
         Self(mix2(name, (role as u64) << 32 | u64::from(replicate)))
     }
 }
@@ -216,7 +219,7 @@ fn in_cell(i: u32, n: u32, u: f32) -> f32 {
     ((i as f32 + u) / n as f32).min(1.0_f32.next_down())
 }
 
-/// The image of `i` under the permutation of 0…`length`−1 numbered `seed` [Kensler13, listing 4].
+/// The image of `i` under the permutation of 0…`length`−1 numbered `seed` `[Kensler13]`.
 #[inline]
 fn permute(i: u32, length: u32, seed: u32) -> u32 {
     if length == 1 {

@@ -34,7 +34,7 @@ pub fn sin_cos_turns(u: f32) -> (f32, f32) {
     if quadrant & 2 == 0 { (s, c) } else { (-s, -c) }
 }
 
-/// A uniform point of the unit disc and its exact radius [Shirley97].
+/// A uniform point of the unit disc and its exact radius `[Shirley97]`.
 #[inline]
 fn concentric_disk(u: Vec2) -> (Vec2, f32) {
     let o = 2.0 * u - Vec2::ONE;
@@ -124,7 +124,7 @@ pub fn one_minus_cos(sin2: f32) -> f32 {
     sin2 / (1.0 + (1.0 - sin2).sqrt())
 }
 
-/// Barycentric coordinates (b0, b1, b2) of a uniform point of a triangle [Heitz19].
+/// Barycentric coordinates (b0, b1, b2) of a uniform point of a triangle `[Heitz19]`.
 #[inline]
 pub fn uniform_triangle(u: Vec2) -> Vec3 {
     let (b0, b1) = if u.y > u.x {
@@ -137,7 +137,7 @@ pub fn uniform_triangle(u: Vec2) -> Vec3 {
     vec3(b0, b1, (1.0 - b0 - b1).max(0.0))
 }
 
-/// The density [1/m²] of [`uniform_triangle`] on a triangle of this area [m²].
+/// The density [1/m²] of [`uniform_triangle`] on a triangle of this area in m².
 #[inline]
 pub fn uniform_triangle_pdf_area(area: f32) -> f32 {
     1.0 / area

@@ -124,3 +124,6 @@ impl SceneBuilder {
         assemble::assemble(self, skip)
     }
 }
+
+#[cfg(test)]
+mod tests;

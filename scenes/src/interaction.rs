@@ -3,6 +3,7 @@
 use crate::emitter::EmitterId;
 use crate::ray::SurfacePoint;
 use sampling::bsdf::{Bsdf, BsdfModel, BsdfSample, Lobes, TransportMode};
+use sampling::fault;
 use sampling::math::{Frame, Spectrum};
 use sampling::{Vec2, Vec3};
 
@@ -102,7 +103,9 @@ impl Interaction {
         }
         match mode {
             TransportMode::Radiance => Some(1.0),
-            TransportMode::Importance => Some((local_o.z * i_ng / (o_ng * local_i.z)).abs()),
+            TransportMode::Importance => {
+                Some(fault!("adjoint_factor_missing", (local_o.z * i_ng / (o_ng * local_i.z)).abs(), 1.0))
+            }
         }
     }
 }
@@ -111,4 +114,83 @@ impl Interaction {
 #[inline]
 fn same_side(a: f32, b: f32) -> bool {
     (a > 0.0 && b > 0.0) || (a < 0.0 && b < 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_support::Random;
+    use sampling::bsdf::Lambert;
+    use sampling::vec3;
+
+    fn tilted(bsdf: Bsdf, ns: Vec3) -> Interaction {
+        Interaction {
+            point: SurfacePoint::on_surface(Vec3::ZERO, Vec3::Z, 0.0),
+            t: 1.0,
+            frame: Frame::from_z(ns.normalize()),
+            smooth: true,
+            uv: Vec2::ZERO,
+            bsdf,
+            emitter: None,
+        }
+    }
+
+    #[test]
+    fn importance_is_adjoint_to_radiance_whatever_the_shading_normal() {
+        // f*(wo → wi) |wi·ns| = f(wi → wo) |wo·ns| |wi·ng| / |wo·ng|, which makes K and its adjoint agree over dσ⊥ of ng.
+        let mut random = Random::new(1);
+        for (name, bsdf) in Bsdf::all_examples() {
+            let it = tilted(bsdf, vec3(0.4, -0.2, 1.0));
+            for _ in 0..2000 {
+                let (wo, wi) = (random.direction(), random.direction());
+                let adjoint =
+                    it.eval(wo, wi, TransportMode::Importance) * wi.dot(it.ns()).abs() * wo.dot(Vec3::Z).abs();
+                let direct = it.eval(wi, wo, TransportMode::Radiance) * wo.dot(it.ns()).abs() * wi.dot(Vec3::Z).abs();
+                for (a, b) in adjoint.to_array().into_iter().zip(direct.to_array()) {
+                    assert!((a - b).abs() <= 2e-3 * a.max(b) + 1e-7, "{name}: {wo} {wi}: {a} {b}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn sides_on_which_the_normals_disagree_are_dark() {
+        let it = tilted(Lambert { albedo: Spectrum::ONE }.into(), vec3(1.0, 0.0, 0.3));
+        let above = vec3(0.3, 0.1, 0.9).normalize();
+        let between = vec3(-0.9, 0.0, 0.1).normalize();
+        assert!(between.dot(Vec3::Z) > 0.0 && between.dot(it.ns()) < 0.0);
+        for mode in [TransportMode::Radiance, TransportMode::Importance] {
+            assert!(!it.eval(above, above, mode).is_zero());
+            assert!(it.eval(above, between, mode).is_zero() && it.eval(between, above, mode).is_zero());
+            assert_eq!(it.pdf(above, between, mode), 0.0);
+            assert!(it.sample(between, 0.5, Vec2::splat(0.5), mode).is_none());
+        }
+    }
+
+    #[test]
+    fn samples_carry_what_eval_and_pdf_say() {
+        let mut random = Random::new(2);
+        for (name, bsdf) in Bsdf::all_examples() {
+            let it = tilted(bsdf, vec3(0.2, 0.3, 1.0));
+            for mode in [TransportMode::Radiance, TransportMode::Importance] {
+                for _ in 0..500 {
+                    let wo = random.direction();
+                    let Some(sample) = it.sample(wo, random.next_1d(), random.next_2d(), mode) else { continue };
+                    if sample.lobe.is_delta() {
+                        continue;
+                    }
+                    let (value, pdf) = it.eval_pdf(wo, sample.wi, mode);
+                    let expected = value * (sample.wi.dot(it.ns()).abs() / pdf);
+                    for (a, b) in expected.to_array().into_iter().zip(sample.weight.to_array()) {
+                        assert!(
+                            (a - b).abs() <= 2e-2 * a.max(b) + 1e-4,
+                            "{name} {mode:?}: {wo} {sample:?} {expected:?}"
+                        );
+                    }
+                    assert_eq!(pdf, it.pdf(wo, sample.wi, mode));
+                    assert_eq!(value, it.eval(wo, sample.wi, mode));
+                }
+            }
+        }
+    }
 }

@@ -44,6 +44,8 @@ pub mod scene;
 pub mod shape;
 mod suggest;
 mod surface;
+#[cfg(test)]
+mod test_support;
 pub mod texture;
 
 pub use builder::{CameraSettings, Emission, MeshData, SceneBuilder, ShapeId};

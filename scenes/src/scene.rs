@@ -10,7 +10,7 @@ use crate::ray::{Ray, SurfacePoint};
 use crate::surface::{Attributes, Surface, TriangleInfo};
 use glam::DVec3;
 use sampling::math::{Frame, Spectrum};
-use sampling::{Vec2, Vec3, vec2};
+use sampling::{Vec2, Vec3};
 
 /// A scene. It is made by a [`SceneBuilder`](crate::builder::SceneBuilder) and does not change, but for its camera.
 #[derive(Clone, Debug)]
@@ -96,18 +96,17 @@ impl Scene {
         self.accel.any(ray)
     }
 
-    #[inline]
+    #[inline(always)]
     fn interaction(&self, hit: Hit) -> Interaction {
         match hit {
             Hit::Sphere { t, id, at } => {
                 let surface = &self.surfaces[self.sphere_surfaces[id as usize] as usize];
                 self.finish(surface, at, t, at.ng, false, Vec2::ZERO)
             }
-            Hit::Triangle { t, id, triangle, b } => {
+            Hit::Triangle { t, id, p, b } => {
                 let info = &self.triangles[id as usize];
                 let surface = &self.surfaces[info.surface as usize];
-                let at = triangle.point(b, info.ng);
-                let b = vec2(b[0] as f32, b[1] as f32);
+                let at = SurfacePoint::on_surface(p, info.ng, info.residual);
                 match surface.attributes {
                     None => self.finish(surface, at, t, info.ng, false, b),
                     Some(index) => {
@@ -120,7 +119,7 @@ impl Scene {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn finish(&self, surface: &Surface, point: SurfacePoint, t: f32, ns: Vec3, smooth: bool, uv: Vec2) -> Interaction {
         Interaction {
             point,
@@ -233,3 +232,6 @@ impl Scene {
         &self.emitters[id.0 as usize]
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -9,6 +9,8 @@ use sampling::{Vec2, Vec3};
 pub(crate) struct TriangleInfo {
     /// Unit normal of its front.
     pub ng: Vec3,
+    /// What rounding in `f64` may leave of the error of a point on it \[m\].
+    pub residual: f32,
     /// The surface it belongs to.
     pub surface: u32,
 }

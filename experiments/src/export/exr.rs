@@ -332,3 +332,110 @@ fn layers_of(mut channels: BTreeMap<String, Vec<f32>>) -> (Vec<ImageLayer>, Vec<
     }
     (layers, channels.into_keys().collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::measurement;
+    use super::*;
+
+    fn meta() -> ImageMeta {
+        ImageMeta {
+            software: "neumann 0.1.0".to_owned(),
+            scene: "<b>\"ünï\" \u{202e}".to_owned(),
+            scene_hash: "12ab".to_owned(),
+            method: "path".to_owned(),
+            settings: serde_json::json!({"mis": "power"}),
+            sampler: "independent".to_owned(),
+            seed: u64::MAX,
+        }
+    }
+
+    fn written(measurement: &Measurement, selection: LayerSelection) -> LayeredImage {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        write_measurement(&path, measurement, &meta(), selection).unwrap();
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+        read_layers(&path).unwrap()
+    }
+
+    #[test]
+    fn every_layer_survives_its_file_to_the_bit() {
+        let m = measurement("path", 3, true);
+        let image = written(&m, LayerSelection::ALL);
+        assert_eq!((image.width, image.height), (11, 9));
+        let names: Vec<&str> = image.layers.iter().map(|l| l.name.as_str()).collect();
+        let expected = ["", "order00", "order00_var", "order01", "order01_var", "order02", "order02_var", "tail", "tail_var"];
+        assert_eq!(names, expected);
+        assert!(image.other_channels.is_empty());
+        let to_f32 = |v: [f64; 3]| v.map(|x| x as f32);
+        for p in 0..m.pixels() {
+            assert_eq!(image.layers[0].pixels[p], to_f32(m.total(p)));
+            for layer in 0..4 {
+                assert_eq!(image.layers[1 + 2 * layer].pixels[p], to_f32(m.mean(layer, p)));
+                let of_mean = m.variance(layer, p).unwrap().map(|v| v * (1.0 / 3.0));
+                assert_eq!(image.layers[2 + 2 * layer].pixels[p], to_f32(of_mean));
+            }
+        }
+    }
+
+    #[test]
+    fn the_header_says_where_the_image_comes_from() {
+        let attributes = written(&measurement("path", 3, false), LayerSelection::default()).attributes;
+        let expected = [
+            ("software", "neumann 0.1.0"),
+            ("samplesPerPixel", "6"),
+            ("neumann:scene", "<b>\"ünï\" \u{202e}"),
+            ("neumann:scene_hash", "12ab"),
+            ("neumann:settings", r#"{"mis":"power"}"#),
+            ("neumann:seed", "18446744073709551615"),
+            ("neumann:replicates", "3"),
+        ];
+        for (name, value) in expected {
+            assert_eq!(attributes.get(name).map(String::as_str), Some(value), "{name}");
+        }
+        assert!(attributes.contains_key(TIME_ATTRIBUTE) && attributes.keys().all(|name| name.len() <= 31));
+    }
+
+    #[test]
+    fn layers_are_left_out_where_they_are_not_asked_for_or_not_known() {
+        let names = |replicates, selection| -> Vec<String> {
+            let image = written(&measurement("path", replicates, false), selection);
+            image.layers.into_iter().map(|l| l.name).collect()
+        };
+        assert_eq!(names(2, LayerSelection::BEAUTY), [""]);
+        assert_eq!(names(1, LayerSelection::ALL), ["", "order00", "order01", "order02"]);
+        assert_eq!("orders, variance".parse(), Ok(LayerSelection::ALL));
+        assert!("depth".parse::<LayerSelection>().unwrap_err().contains("`depth`"));
+    }
+
+    #[test]
+    fn equal_measurements_give_equal_files_but_for_the_time() {
+        let mut other = measurement("path", 2, false);
+        let [first, second] = [&measurement("path", 2, false), &other].map(|m| encode(m, &meta(), LayerSelection::ALL).unwrap());
+        assert_eq!(without_time(&first), without_time(&second));
+        other.replicate_seconds[0] += 1.0;
+        let later = encode(&other, &meta(), LayerSelection::ALL).unwrap();
+        assert!(later != second && without_time(&later) == without_time(&second));
+    }
+
+    #[test]
+    fn what_is_no_image_is_an_error_that_names_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        assert!(read_layers(&path).unwrap_err().to_string().contains("a.exr"));
+        let whole = encode(&measurement("path", 2, false), &meta(), LayerSelection::ALL).unwrap();
+        for bytes in [&b"not an image"[..], b"", &whole[..whole.len() / 2], &whole[..20]] {
+            std::fs::write(&path, bytes).unwrap();
+            assert!(read_layers(&path).unwrap_err().to_string().contains("a.exr"));
+        }
+    }
+
+    #[test]
+    fn channels_of_other_programs_are_grouped_by_what_stands_before_the_last_dot() {
+        let names = ["R", "G", "B", "A", "view.diffuse.R", "view.diffuse.G", "view.diffuse.B", "depth.Y", "Z"];
+        let channels = names.map(|n| (n.to_owned(), vec![1.0])).into_iter().collect();
+        let (layers, others) = layers_of(channels);
+        assert_eq!(layers.iter().map(|l| l.name.as_str()).collect::<Vec<_>>(), ["", "depth", "view.diffuse"]);
+        assert_eq!(others, ["A", "Z"]);
+    }
+}

@@ -9,6 +9,8 @@ mod lettering;
 pub mod markup;
 pub mod notation;
 pub mod png;
+#[cfg(test)]
+pub(crate) mod testing;
 pub mod tone;
 
 use std::io::Write;

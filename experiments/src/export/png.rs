@@ -6,6 +6,7 @@ use super::notation::symbol;
 use super::tone::Exposure;
 use super::{ExportError, lettering, write_atomically};
 use integrators::{Layer, Measurement};
+use std::ops::Range;
 use std::path::Path;
 
 const BACKGROUND: [u8; 3] = [18, 20, 24];
@@ -16,6 +17,8 @@ const GAP: usize = 12;
 /// Tiles narrower than this are enlarged by a whole factor, so that their labels fit [pixels].
 const MIN_TILE: usize = 128;
 const TILES_IN_ROW: usize = 5;
+/// Side of the blocks whose means decide the exposure [pixels].
+const BLOCK: usize = 8;
 
 /// An 8-bit sRGB image.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,15 +43,9 @@ impl Picture {
         let (width, height) = (w.div_ceil(shrink), h.div_ceil(shrink));
         let mut rgb = Vec::with_capacity(width * height * 3);
         for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
-            let (mut sum, mut count) = ([0.0; 3], 0.0);
-            for py in y * shrink..((y + 1) * shrink).min(h) {
-                for px in x * shrink..((x + 1) * shrink).min(w) {
-                    let value = pixel(measurement, layer, py * w + px);
-                    (0..3).for_each(|c| sum[c] += value[c]);
-                    count += 1.0;
-                }
-            }
-            rgb.extend(exposure.apply(sum.map(|s| s / count)));
+            let xs = x * shrink..((x + 1) * shrink).min(w);
+            let ys = y * shrink..((y + 1) * shrink).min(h);
+            rgb.extend(exposure.apply(block_mean(measurement, layer, xs, ys)));
         }
         Self { width, height, rgb }
     }
@@ -116,13 +113,27 @@ fn pixel(measurement: &Measurement, layer: Option<usize>, pixel: usize) -> [f64;
     layer.map_or_else(|| measurement.total(pixel), |layer| measurement.mean(layer, pixel))
 }
 
-/// The exposure under which a layer, or with `None` the sum, can be seen; `None` where it is black.
-pub fn exposure_of(measurement: &Measurement, layer: Option<usize>) -> Option<Exposure> {
-    Exposure::of((0..measurement.pixels()).map(|p| pixel(measurement, layer, p)))
+/// The exposure under which a layer, or with `None` the sum, can be seen; `None` where it is black. It is taken from means of
+/// small blocks: of single pixels, it would be the darker the noisier they are.
+fn exposure_of(measurement: &Measurement, layer: Option<usize>) -> Option<Exposure> {
+    let (w, h) = (measurement.width as usize, measurement.height as usize);
+    let blocks = (0..h).step_by(BLOCK).flat_map(|y| (0..w).step_by(BLOCK).map(move |x| (x, y)));
+    Exposure::of(blocks.map(|(x, y)| block_mean(measurement, layer, x..(x + BLOCK).min(w), y..(y + BLOCK).min(h))))
+}
+
+/// Mean of a rectangle of pixels.
+fn block_mean(measurement: &Measurement, layer: Option<usize>, xs: Range<usize>, ys: Range<usize>) -> [f64; 3] {
+    let count = (xs.len() * ys.len()) as f64;
+    let mut sum = [0.0; 3];
+    for (y, x) in ys.flat_map(|y| xs.clone().map(move |x| (y, x))) {
+        let value = pixel(measurement, layer, y * measurement.width as usize + x);
+        (0..3).for_each(|c| sum[c] += value[c]);
+    }
+    sum.map(|s| s / count)
 }
 
 /// What a sheet shows of every measurement, in order: each of its layers, then their sum.
-pub fn columns(measurement: &Measurement) -> Vec<Option<Layer>> {
+fn columns(measurement: &Measurement) -> Vec<Option<Layer>> {
     measurement.layers.iter().map(|&l| Some(l)).chain([None]).collect()
 }
 

@@ -61,3 +61,144 @@ pub fn write(dir: &Path, result: &ExperimentResult) -> Result<(), ExportError> {
     }
     write_atomically(&dir.join("report.html"), page::page(result, &scenes).as_bytes())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::export::testing::measurement;
+    use crate::result::{AgreementRow, Checkpoint, Machine, Manifest, MethodRecord, SceneRecord, SlopeRow, Verdict};
+    use integrators::Layer;
+
+    fn method(scene: &str, name: &str, label: &str, replicates: u32) -> MethodResult {
+        let point = |samples: u32, variance| Checkpoint {
+            samples,
+            replicates: 32,
+            seconds: 0.1,
+            order: Some(Layer::Order(1)),
+            variance,
+            ci: (variance * 0.9, variance * 1.1),
+            mean: 1.0,
+            replicate_variances: Vec::new(),
+        };
+        MethodResult {
+            scene: scene.to_owned(),
+            method: name.to_owned(),
+            label: label.to_owned(),
+            settings: serde_json::json!({"note": scene}),
+            setting: String::new(),
+            measurement: measurement(name, replicates, false),
+            convergence: vec![point(1, 1.0), point(2, 0.0), point(4, f64::NAN)],
+            missing_light: if name == "direct" { vec![scene.to_owned()] } else { Vec::new() },
+            skipped: Vec::new(),
+        }
+    }
+
+    /// Two methods in one scene, every name being the given one.
+    fn result(name: &str, replicates: u32) -> ExperimentResult {
+        let table = "scenes = [\"cornell_box\"]\nmethods = [{ name = \"path\" }]\nspp = 4";
+        let mut experiment: crate::config::Experiment = toml::from_str(table).unwrap();
+        experiment.title = name.to_owned();
+        experiment.description = name.to_owned();
+        let methods = vec![method(name, "direct", "direct", replicates), method(name, "path", name, replicates)];
+        let agreement = AgreementRow {
+            scene: name.to_owned(),
+            a: "direct".to_owned(),
+            b: name.to_owned(),
+            order: Layer::Order(1),
+            mean_a: 0.0,
+            mean_b: f64::NAN,
+            t: f64::INFINITY,
+            p: 0.0,
+            blocks: 6,
+            rejected: 6,
+            smallest_adjusted_p: 0.0,
+            detectable_bias: f64::INFINITY,
+            verdict: Verdict::Differ,
+        };
+        let slope = SlopeRow {
+            scene: name.to_owned(),
+            label: name.to_owned(),
+            order: Some(Layer::Order(1)),
+            slope: f64::NAN,
+            ci: (f64::NAN, f64::NAN),
+            intercept: f64::NAN,
+            points: 1,
+        };
+        let scene = SceneRecord {
+            name: name.to_owned(),
+            source: name.to_owned(),
+            hash: name.to_owned(),
+            skipped: vec![name.to_owned()],
+            notes: vec![name.to_owned()],
+        };
+        let record = MethodRecord { label: name.to_owned(), method: name.to_owned(), settings: serde_json::json!(name) };
+        let machine =
+            Machine { platform: name.to_owned(), cpu: name.to_owned(), threads: 2, kernels: "portable".to_owned() };
+        let manifest = Manifest {
+            neumann: "0.1.0".to_owned(),
+            command_line: vec![name.to_owned()],
+            experiment: experiment.clone(),
+            key: name.to_owned(),
+            scenes: vec![scene],
+            methods: vec![record],
+            machine,
+            started: "2026-01-31T12:00:00Z".to_owned(),
+            ended: "2026-01-31T12:01:00Z".to_owned(),
+            seconds: 60.0,
+            complete: false,
+        };
+        let name = name.to_owned();
+        ExperimentResult { name, experiment, methods, agreement: vec![agreement], slopes: vec![slope], manifest }
+    }
+
+    #[test]
+    fn hostile_names_are_text_on_the_page_and_in_the_plots() {
+        let name = "</td></svg><script>alert('x')</script><img src=x onerror=\"y\">&\u{202e}\0";
+        let result = result(&name.repeat(20), 2);
+        let scenes = scenes(&result);
+        let plots = scenes.iter().flat_map(|s| s.by_order.iter().chain(&s.convergence));
+        let mut files: Vec<String> = plots.map(|figure| figure.chart.file()).collect();
+        files.push(page::page(&result, &scenes));
+        for file in files {
+            assert!(!file.contains("<script") && !file.contains("<img src=x") && !file.contains('\0'));
+        }
+    }
+
+    #[test]
+    fn the_page_is_whole_in_itself_and_says_what_was_not_finished() {
+        let folder = tempfile::tempdir().unwrap();
+        let result = result("room", 2);
+        write(folder.path(), &result).unwrap();
+        let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+        assert!(page.contains("interrupted") && page.contains("data:image/png;base64,"));
+        assert!(!page.contains("href=\"http") && !page.contains("src=\"http") && !page.contains("NaN"));
+        // Every picture has a text in its place: four layers and sums of two methods, `direct` having no order 2.
+        assert_eq!(page.matches("<img ").count(), page.matches(" alt=\"").count());
+        for plot in ["room_variance.svg", "room_efficiency.svg", "room_convergence_order01.svg", "room_orders.png"] {
+            assert!(folder.path().join("plots").join(plot).exists(), "{plot}");
+        }
+    }
+
+    #[test]
+    fn a_single_replicate_has_a_report_without_variances() {
+        let result = result("room", 1);
+        let scenes = scenes(&result);
+        assert!(scenes[0].numbers.rows.iter().flatten().flatten().all(|row| row.efficiency.is_none()));
+        assert!(page::page(&result, &scenes).contains("</html>"));
+    }
+
+    #[test]
+    fn a_method_that_misses_light_of_an_order_is_not_ranked_there() {
+        let result = result("room", 2);
+        let numbers = &scenes(&result)[0].numbers;
+        let total = numbers.columns.len() - 1;
+        assert_eq!(numbers.columns[total], None);
+        let row = |method: usize, column: usize| numbers.rows[method][column].unwrap();
+        assert!(!row(0, total).complete && row(1, total).complete);
+        assert!(numbers.ranking(total).iter().all(|&(method, _)| method == 1));
+        let m = &result.methods[1].measurement;
+        let variance = m.total_variance.unwrap().iter().sum::<f64>() / 3.0;
+        let expected = 1.0 / (variance * m.seconds() / 2.0);
+        assert!((row(1, total).efficiency.unwrap() / expected - 1.0).abs() < 1e-12);
+    }
+}

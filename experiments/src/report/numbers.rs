@@ -53,6 +53,7 @@ impl Numbers {
         for column in 0..columns.len() {
             judge_completeness(methods, &mut rows, column);
         }
+        judge_sums(methods, &mut rows);
         Self { columns, rows }
     }
 
@@ -121,6 +122,18 @@ fn judge_completeness(methods: &[&MethodResult], rows: &mut [Vec<Option<Row>>], 
             (row.mean - other.mean).abs() <= CLOSE * error + ROUNDING * other.mean.abs()
         };
         row.complete = row.complete && whole.iter().all(close);
+    }
+}
+
+/// The sum of a method that misses some light lacks what any of its layers lacks and another method finds.
+fn judge_sums(methods: &[&MethodResult], rows: &mut [Vec<Option<Row>>]) {
+    let Some(layers) = rows.first().map(|row| row.len() - 1) else { return };
+    let found: Vec<bool> = (0..layers).map(|i| rows.iter().any(|r| r[i].is_some_and(|row| row.complete))).collect();
+    for (_, rows) in methods.iter().zip(rows).filter(|(method, _)| !method.missing_light.is_empty()) {
+        let whole = (0..layers).all(|i| !found[i] || rows[i].is_some_and(|row| row.complete));
+        if let Some(sum) = rows[layers].as_mut() {
+            sum.complete &= whole;
+        }
     }
 }
 

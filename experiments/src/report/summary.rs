@@ -129,11 +129,15 @@ fn agreement(rows: &[&AgreementRow]) -> Vec<Sentence> {
     let mut sentences = Vec::new();
     if !differ.is_empty() {
         let named = differ.iter().take(MAX_NAMED);
-        let named = named.map(|r| format!("{} and {} at {} (t = {:.1})", brief(&r.a), brief(&r.b), symbol(Some(r.order)), r.t));
+        let named = named.map(|r| {
+            let (a, b, order) = (brief(&r.a), brief(&r.b), symbol(Some(r.order)));
+            format!("{a} and {b} at {order} (in {} of {} blocks, the image mean by {:.1} standard errors)", r.rejected, r.blocks, r.t.abs())
+        });
         let more = if differ.len() > MAX_NAMED { ", and more" } else { "" };
         let named = named.collect::<Vec<_>>().join(", ");
         sentences.push(warning(format!(
-            "{} of {} comparisons between methods found a difference: {named}{more}. At least one of the two is biased there.",
+            "{} of {} comparisons between methods found a difference: {named}{more}. At least one of the two is biased there, \
+             or so noisy that its standard errors cannot be trusted.",
             differ.len(),
             compared.len()
         )));
@@ -200,7 +204,7 @@ mod tests {
         let (same, other) = (row(Verdict::Agree, 1), row(Verdict::Differ, 2));
         let sentences = agreement(&[&same, &other]);
         assert_eq!(sentences[0].tone, Tone::Warning);
-        assert!(sentences[0].text.contains("1 of 2") && sentences[0].text.contains("path and bdpt at T²E (t = 7.0)"));
+        assert!(sentences[0].text.contains("1 of 2") && sentences[0].text.contains("path and bdpt at T²E (in 1 of 1 blocks, the image mean by 7.0"));
         let sentences = agreement(&[&same]);
         assert!(sentences[0].tone == Tone::Plain && sentences[0].text.contains("0.20 %"), "{}", sentences[0].text);
     }

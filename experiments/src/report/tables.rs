@@ -86,7 +86,7 @@ pub fn agreement(m: &mut Markup, rows: &[&AgreementRow]) {
         }
     }
     let caption = "Agreement of means (Welch's t-test on pixel blocks). Below each verdict: the relative bias of the image mean that \
-                   the test finds nine times out of ten, or t where methods differ";
+                   the test finds nine times out of ten, or where methods differ";
     scrolling(m, "Agreement", |m| {
         m.line("caption", &[], caption);
         head(m, "methods", "", layers.iter().map(|&l| symbol(Some(l))));
@@ -115,7 +115,8 @@ fn verdict_cell(m: &mut Markup, row: Option<&AgreementRow>) {
     let (class, detail) = match row.verdict {
         Verdict::Agree => ("agree", percent(row.detectable_bias)),
         Verdict::Equal => ("agree", "no variance".to_owned()),
-        Verdict::Differ => ("differ", format!("t = {:.1}", row.t).replace('-', "−")),
+        Verdict::Differ if row.rejected > 0 => ("differ", format!("{} of {} blocks", row.rejected, row.blocks)),
+        Verdict::Differ => ("differ", format!("t = {}", short(row.t))),
         Verdict::Incomparable => ("incomparable", String::new()),
     };
     m.element("td", &[("class", &class)], |m| {
@@ -153,7 +154,10 @@ pub fn agreement_in_full(m: &mut Markup, rows: &[&AgreementRow]) {
 }
 
 fn number_cell(m: &mut Markup, value: f64, written: String) {
-    m.element("td", &[("class", &"number")], |m| m.line("data", &[("value", &value)], written));
+    m.element("td", &[("class", &"number")], |m| match value.is_finite() {
+        true => m.line("data", &[("value", &value)], written),
+        false => m.text("—"),
+    });
 }
 
 /// The fitted slopes: a row an order, a column a method.

@@ -7,7 +7,7 @@ use glam::{Vec2, Vec3, vec3};
 
 /// A delta lobe of reflection and one of refraction, chosen by Fresnel's equations. Nothing is absorbed.
 ///
-/// The pmf of a lobe is the same from both ends of it: F is symmetric under reversal of the light [Veach97, section 5.A].
+/// The pmf of a lobe is the same from both ends of it: F is symmetric under reversal of the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dielectric {
     /// The index of the inside (z < 0) relative to the outside, > 0. At 1 light passes straight on.

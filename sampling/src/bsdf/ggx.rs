@@ -7,7 +7,7 @@ use crate::warp::sin_cos_turns;
 use glam::{Vec2, Vec3, vec3};
 use std::f32::consts::PI;
 
-/// GGX with roughness α_x along x and α_y along y [Trowbridge75; Walter07, (33); Heitz14, appendix A].
+/// GGX with roughness α_x along x and α_y along y [Trowbridge75; Walter07, (33); Heitz14, section 5].
 ///
 /// α in (0, ∞), usually 10⁻⁴ … 1; see [`Ggx::MIN_ALPHA`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,7 +57,8 @@ impl Ggx {
         Self::g1_over_cos(cos, span) * self.d(m)
     }
 
-    /// A normal visible from `wo`, which is in the upper hemisphere, by spherical caps [Dupuy23, listing 3].
+    /// A normal visible from `wo`, which is in the upper hemisphere: the distribution of `[Heitz18]`, by the spherical caps
+    /// of `[Dupuy23]`.
     #[inline]
     pub fn sample_visible(&self, wo: Vec3, u: Vec2) -> Vec3 {
         // Where the roughness is 1 the visible normals are the halves between `wo` and a uniform direction of the cap
@@ -112,7 +113,7 @@ mod tests {
 
     #[test]
     fn masking_is_what_is_left_of_the_projected_area() {
-        // ∫ G₁ ⟨w·m⟩ D dm = cos θ_w defines Smith's G₁ [Heitz14, (14)].
+        // ∫ G₁ ⟨w·m⟩ D dm = cos θ_w defines G₁ [Heitz14, section 2].
         for (ax, ay) in [(1.0, 1.0), (0.4, 0.8)] {
             let ggx = Ggx::new(ax, ay);
             for w in directions() {

@@ -1,6 +1,7 @@
 //! Ideal diffuse reflection.
 
 use super::{BsdfModel, BsdfSample, Lobes, TransportMode, survival_of};
+use crate::fault;
 use crate::math::{Spectrum, same_hemisphere};
 use crate::warp::{INV_PI, cosine_hemisphere, cosine_hemisphere_pdf};
 use glam::{Vec2, Vec3};
@@ -20,7 +21,7 @@ impl BsdfModel for Lambert {
         if !same_hemisphere(wo, wi) || !lobes.contains(Lobes::DIFFUSE_REFLECTION) {
             return Spectrum::ZERO;
         }
-        self.albedo * INV_PI
+        self.albedo * fault!("lambert_without_pi", INV_PI, 1.0)
     }
 
     #[inline]

@@ -23,6 +23,7 @@ pub use mirror::Mirror;
 pub use rough_conductor::RoughConductor;
 pub use rough_dielectric::RoughDielectric;
 
+use crate::fault;
 use crate::math::Spectrum;
 use glam::{Vec2, Vec3};
 
@@ -55,7 +56,7 @@ impl TransportMode {
     #[inline]
     pub fn transmission_scale(self, eta: f32) -> f32 {
         match self {
-            Self::Radiance => 1.0 / (eta * eta),
+            Self::Radiance => fault!("radiance_without_eta_squared", 1.0 / (eta * eta), 1.0),
             Self::Importance => 1.0,
         }
     }

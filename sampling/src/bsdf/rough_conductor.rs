@@ -1,6 +1,7 @@
 //! A rough metal: microfacets that mirror.
 
 use super::{BsdfModel, BsdfSample, Ggx, Lobes, TransportMode, fresnel_conductor, survival_of};
+use crate::fault;
 use crate::math::{Spectrum, reflect, same_hemisphere};
 use glam::{Vec2, Vec3};
 
@@ -28,8 +29,8 @@ impl RoughConductor {
     /// A metal that reflects `reflectance`, in [0, 1], at normal incidence.
     ///
     /// A reflectance alone does not determine a complex index. Of the pairs that have it, this is the one with the smallest
-    /// η, whose reflectance rises towards grazing most steadily: [Gulbrandsen14, (6), (7)] with an edge tint of 1, which
-    /// simplifies to η = (1 − r)/(1 + r), k = 2√r/(1 + r) and is finite for all r.
+    /// η: the map of `[Gulbrandsen14]` with an edge tint of 1, which simplifies to η = (1 − r)/(1 + r), k = 2√r/(1 + r) and
+    /// is finite for all r. Its reflectance never falls towards grazing.
     pub fn from_reflectance(reflectance: Spectrum, alpha_x: f32, alpha_y: f32) -> Self {
         let sum = Spectrum::ONE + reflectance;
         Self::new((Spectrum::ONE - reflectance) / sum, 2.0 * reflectance.sqrt() / sum, alpha_x, alpha_y)
@@ -53,7 +54,8 @@ impl RoughConductor {
         // The directions are unit, so wo·m = wi·m = |wo + wi| / 2, which does not cancel at grazing angles.
         let f = fresnel_conductor(0.5 * length, self.eta, self.k) * (0.5 * d / (span_o * cos_i + span_i * cos_o));
         // The density of m is D_visible; of wi, by dm/dwi, that over 4 |wo·m|, which cancels.
-        let pdf = 0.25 * Ggx::g1_over_cos(cos_o, span_o) * d;
+        let jacobian = fault!("half_vector_jacobian_missing", 0.25, 2.0 * length);
+        let pdf = jacobian * Ggx::g1_over_cos(cos_o, span_o) * d;
         Some((f, pdf))
     }
 }
@@ -123,5 +125,25 @@ impl BsdfModel for RoughConductor {
             Self::from_reflectance(Spectrum::ONE, 0.01, 0.01),
             Self::from_reflectance(Spectrum::ONE, Ggx::MIN_ALPHA, Ggx::MIN_ALPHA),
         ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reflectance_is_met_at_the_normal_and_never_falls_towards_grazing() {
+        for r in [0.0, 0.01, 0.3, 0.5, 0.9, 0.99, 1.0] {
+            let metal = RoughConductor::from_reflectance(Spectrum::splat(r), 0.1, 0.1);
+            let mut last = r;
+            for i in 0..=100 {
+                let cos = 1.0 - i as f32 * 0.009_99;
+                let f = fresnel_conductor(cos, metal.eta, metal.k).max_component();
+                assert!(i > 0 || (f - r).abs() < 1e-6, "{r}: {f}");
+                assert!(f >= last - 1e-6 && f <= 1.0 + 1e-6, "{r} at {cos}: {f} after {last}");
+                last = f;
+            }
+        }
     }
 }

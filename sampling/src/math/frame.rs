@@ -14,7 +14,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// A frame around the unit vector `n`, without a seam except at the sign change of `n.z` [Duff17, listing 3].
+    /// A frame around the unit vector `n`, without a seam except at the sign change of `n.z` `[Duff17]`.
     #[inline]
     pub fn from_z(n: Vec3) -> Self {
         let sign = 1.0_f32.copysign(n.z);

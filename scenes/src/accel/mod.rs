@@ -1,10 +1,11 @@
 //! Where rays meet surfaces: all that knows `obvhs`, and nothing of what surfaces are made of.
 //!
-//! Triangles are kept four to a [`block`], tested together without leaks; spheres are analytic. A few primitives are simply
+//! Triangles are kept in [pairs](pairing), four pairs to a [`block`], tested together without leaks; spheres are analytic. A few primitives are simply
 //! searched; more are put in a [`tree`] of four children a node, collapsed from the binary tree that `obvhs` builds.
 //! Whichever it is, the hits are the same: boxes only decide what is looked at.
 
 mod block;
+mod pairing;
 mod query;
 mod traverse;
 mod tree;
@@ -12,9 +13,9 @@ mod tree;
 use crate::needs::Skip;
 use crate::ray::{Ray, SurfacePoint};
 use crate::shape::{Sphere, Triangle};
-use block::{Block, WIDTH};
+use block::{Block, LANES, PAIRS};
 use query::{Query, dominant_axis};
-use sampling::Vec3;
+use sampling::{Vec2, Vec3};
 use tree::Node;
 
 /// Up to this many primitives are searched without a tree.
@@ -39,10 +40,10 @@ pub(crate) enum Hit {
         t: f32,
         /// Which one, as numbered when built.
         id: u32,
-        /// Its vertices.
-        triangle: Triangle,
+        /// The point, rounded once.
+        p: Vec3,
         /// Barycentric coordinates of the vertices 1 and 2.
-        b: [f64; 2],
+        b: Vec2,
     },
     /// On a sphere.
     Sphere {
@@ -88,8 +89,8 @@ impl Accel {
         if triangles.len() + spheres.len() > FEW || (skip == Skip::Nothing && triangles.len() + spheres.len() > 0) {
             return tree::build(triangles, spheres, eye);
         }
-        let numbered: Vec<(u32, [Vec3; 3])> = triangles.iter().enumerate().map(|(id, t)| (id as u32, t.0)).collect();
-        Accel { blocks: numbered.chunks(WIDTH).map(Block::new).collect(), spheres, nodes: Vec::new(), depth: 0 }
+        let blocks = pairing::pair_up(triangles).chunks(PAIRS).map(Block::new).collect();
+        Accel { blocks, spheres, ..Accel::default() }
     }
 
     /// The first surface on the ray's interval.
@@ -148,7 +149,7 @@ impl Accel {
             lanes &= lanes - 1;
             if candidates.on_edge >> lane & 1 == 0 || block.is_inside_exactly::<Z>(lane as usize, query) {
                 let t = block.parameter::<Z>(lane as usize, query);
-                best.offer(t, index * WIDTH as u32 + lane, block.id(lane as usize));
+                best.offer(t, index * LANES as u32 + lane, block.id(lane as usize));
             }
         }
     }
@@ -219,9 +220,9 @@ impl Accel {
             let at = self.spheres[id as usize].project(query.origin, query.direction, best.t);
             return Some(Hit::Sphere { t, id, at });
         }
-        let (block, lane) = (&self.blocks[best.slot as usize / WIDTH], best.slot as usize % WIDTH);
-        let triangle = Triangle(block.vertices(lane));
-        Some(Hit::Triangle { t, id: best.id, triangle, b: block.barycentrics(lane, query) })
+        let (block, lane) = (&self.blocks[best.slot as usize / LANES], best.slot as usize % LANES);
+        let (p, b) = block.point(lane, query);
+        Some(Hit::Triangle { t, id: best.id, p, b })
     }
 }
 

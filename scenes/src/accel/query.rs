@@ -39,13 +39,14 @@ impl Query {
     pub fn new<const Z: usize>(ray: &Ray) -> Self {
         let (o, d) = (ray.o, ray.d);
         let (x, y) = ((Z + 1) % 3, (Z + 2) % 3);
+        let inverse_z = d[Z].recip();
         Query {
             origin: o.as_dvec3(),
             direction: d.as_dvec3(),
             inverse_z: f64::from(d[Z]).recip(),
-            inverse_z4: Vec4::splat(d[Z].recip()),
+            inverse_z4: Vec4::splat(inverse_z),
             origin4: [Vec4::splat(o[x]), Vec4::splat(o[y]), Vec4::splat(o[Z])],
-            shear4: [Vec4::splat(d[x] / d[Z]), Vec4::splat(d[y] / d[Z])],
+            shear4: [Vec4::splat(d[x] * inverse_z), Vec4::splat(d[y] * inverse_z)],
         }
     }
 }

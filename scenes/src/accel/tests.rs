@@ -1,1 +1,199 @@
+use super::*;
+use crate::needs::Skip;
+use crate::test_support::{Random, add_room, built, bumpy_ball, grey_builder};
+use glam::{DVec3, dvec3};
+use sampling::vec3;
 
+fn random_triangles(random: &mut Random, count: usize, size: f32) -> Vec<Triangle> {
+    (0..count)
+        .map(|_| {
+            let at = random.direction() * random.next_1d();
+            Triangle(std::array::from_fn(|_| at + random.direction() * size))
+        })
+        .collect()
+}
+
+fn same(a: &Option<Hit>, b: &Option<Hit>) -> bool {
+    match (a, b) {
+        (None, None) => true,
+        (Some(Hit::Triangle { t, id, p, .. }), Some(Hit::Triangle { t: t2, id: id2, p: p2, .. })) => {
+            (t, id, p) == (t2, id2, p2)
+        }
+        (Some(Hit::Sphere { t, id, at }), Some(Hit::Sphere { t: t2, id: id2, at: at2 })) => {
+            (t, id, at.p) == (t2, id2, at2.p)
+        }
+        _ => false,
+    }
+}
+
+#[test]
+fn a_list_and_a_tree_find_the_same_hits() {
+    let mut random = Random::new(1);
+    for (count, balls) in [(0, 3), (1, 0), (5, 0), (40, 8), (60, 0)] {
+        let triangles = random_triangles(&mut random, count, 0.4);
+        let spheres: Vec<Sphere> = (0..balls)
+            .map(|i| Sphere { center: random.direction(), radius: 0.1 + 0.3 * random.next_1d(), flipped: i % 2 == 0 })
+            .collect();
+        let list = Accel::build(&triangles, spheres.clone(), Vec3::ZERO, Skip::Unneeded);
+        let tree = Accel::build(&triangles, spheres, Vec3::ZERO, Skip::Nothing);
+        assert!(list.nodes.is_empty() && !tree.nodes.is_empty());
+        for _ in 0..20_000 {
+            let o = random.direction() * 2.0 * random.next_1d();
+            let mut ray = Ray::new(o, random.direction());
+            let (a, b) = (list.closest(&ray), tree.closest(&ray));
+            assert!(same(&a, &b), "{count} triangles, {ray:?}: {a:?} {b:?}");
+            assert_eq!(list.any(&ray), a.is_some());
+            ray.t_max = random.next_1d();
+            assert_eq!(list.any(&ray), tree.any(&ray), "{ray:?}");
+            assert_eq!(list.any(&ray), list.closest(&ray).is_some(), "{ray:?}");
+        }
+    }
+}
+
+/// The slow way, in `f64` and by a different formula: the first hit's parameter, and how near a ray passed to an edge.
+fn oracle(triangles: &[Triangle], ray: &Ray) -> (f64, f64) {
+    let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
+    let (mut first, mut margin) = (f64::INFINITY, f64::INFINITY);
+    for triangle in triangles {
+        let [a, b, c] = triangle.0.map(|v| v.as_dvec3() - o);
+        let volumes = [a.cross(b).dot(d), b.cross(c).dot(d), c.cross(a).dot(d)];
+        let total: f64 = volumes.iter().sum();
+        let least = volumes.iter().map(|v| v / total).fold(f64::INFINITY, f64::min);
+        margin = margin.min(least.abs());
+        let normal = (b - a).cross(c - a);
+        let t = a.dot(normal) / d.dot(normal);
+        if least >= 0.0 && t > 0.0 {
+            first = first.min(t);
+        }
+    }
+    (first, margin)
+}
+
+#[test]
+fn hits_are_those_of_a_slow_oracle() {
+    let mut random = Random::new(2);
+    let triangles = random_triangles(&mut random, 200, 0.3);
+    let accel = Accel::build(&triangles, Vec::new(), Vec3::ZERO, Skip::Unneeded);
+    let mut compared = 0;
+    for _ in 0..50_000 {
+        let ray = Ray::new(random.direction() * 1.5, random.direction());
+        let (t, margin) = oracle(&triangles, &ray);
+        if margin < 1e-5 {
+            continue;
+        }
+        compared += 1;
+        match accel.closest(&ray) {
+            Some(Hit::Triangle { t: found, .. }) => assert!((f64::from(found) - t).abs() < 1e-6 * t, "{ray:?}"),
+            _ => assert!(t.is_infinite(), "{ray:?} missed {t}"),
+        }
+    }
+    assert!(compared > 40_000);
+}
+
+/// Rays from inside closed surfaces aimed at vertices, at points of edges, and along axes: none may escape.
+#[test]
+fn nothing_leaks_between_neighbours() {
+    let mut random = Random::new(3);
+    for offset in [DVec3::ZERO, dvec3(100.0, 200.0, -50.0)] {
+        for (skip, mesh) in
+            [(Skip::Unneeded, bumpy_ball(4)), (Skip::Nothing, bumpy_ball(4)), (Skip::Unneeded, bumpy_ball(40))]
+        {
+            let (mut builder, grey) = grey_builder("closed");
+            let mut mesh = mesh;
+            mesh.positions.iter_mut().for_each(|p| *p += offset);
+            // A distant speck keeps the scene from being recentred.
+            builder.sphere(DVec3::ZERO, 1e-3, grey);
+            let corners: Vec<Vec3> = mesh.positions.iter().map(|p| p.as_vec3()).collect();
+            let triangles = mesh.triangles.clone();
+            builder.mesh(mesh, grey);
+            let scene = built(builder, skip);
+            for _ in 0..150_000 {
+                let triangle =
+                    triangles[(random.next_1d() * triangles.len() as f32) as usize].map(|v| corners[v as usize]);
+                let share = [0.0, 0.5, random.next_1d()][(random.next_1d() * 3.0) as usize];
+                let target = triangle[0] + (triangle[1] - triangle[0]) * share;
+                let mut o = offset.as_vec3() + random.direction() * 0.4 * random.next_1d();
+                if random.next_1d() < 0.3 {
+                    o[(random.next_1d() * 3.0) as usize] = target[0];
+                }
+                let inside = (o - offset.as_vec3()).length() < 0.6;
+                let ray = Ray::new(o, (target - o).normalize_or_zero());
+                assert!(!inside || scene.intersect(&ray).is_some(), "{ray:?} escaped, {skip:?}");
+                assert!(!inside || scene.occluded(&ray), "{ray:?} is not occluded, {skip:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn nothing_leaks_from_a_box_of_quads() {
+    let mut random = Random::new(4);
+    for skip in [Skip::Unneeded, Skip::Nothing] {
+        let (mut builder, grey) = grey_builder("box");
+        add_room(&mut builder, dvec3(-1.0, -1.0, -1.0), dvec3(1.0, 1.3, 0.7), grey);
+        let scene = built(builder, skip);
+        let corner = |random: &mut Random| {
+            let pick = |u: f32, low: f32, high: f32| if u < 0.5 { low } else { high };
+            vec3(
+                pick(random.next_1d(), -1.0, 1.0),
+                pick(random.next_1d(), -1.0, 1.3),
+                pick(random.next_1d(), -1.0, 0.7),
+            )
+        };
+        for _ in 0..500_000 {
+            let o = vec3(random.next_1d() - 0.5, random.next_1d() - 0.5, random.next_1d() - 0.5);
+            // Corners, edges of the box, and diagonals of its faces.
+            let (from, to) = (corner(&mut random), corner(&mut random));
+            let target = from + (to - from) * [0.0, 0.5, random.next_1d()][(random.next_1d() * 3.0) as usize];
+            let ray = Ray::new(o, target - o);
+            assert!(scene.intersect(&ray).is_some() && scene.occluded(&ray), "{ray:?} escaped, {skip:?}");
+        }
+    }
+}
+
+#[test]
+fn a_deep_tree_is_still_searched() {
+    // Each triangle is half as large as the last and much nearer to the origin.
+    let triangles: Vec<Triangle> = (0..120)
+        .map(|i| {
+            let size = 0.5f32.powi(i % 100);
+            Triangle([vec3(size, 0.0, 0.0), vec3(0.0, size, 0.0), vec3(0.0, 0.0, size)])
+        })
+        .collect();
+    let accel = Accel::build(&triangles, Vec::new(), Vec3::ZERO, Skip::Unneeded);
+    let ray = Ray::new(vec3(2.0, 2.0, 2.0), vec3(-1.0, -1.0, -1.0).normalize());
+    assert!(matches!(accel.closest(&ray), Some(Hit::Triangle { id: 0, .. })));
+    let coincident = vec![triangles[0]; 5000];
+    let accel = Accel::build(&coincident, Vec::new(), Vec3::ZERO, Skip::Unneeded);
+    assert!(matches!(accel.closest(&ray), Some(Hit::Triangle { id: 0, .. })));
+}
+
+#[test]
+fn a_triangle_seen_edge_on_is_not_met() {
+    let triangles = [Triangle([vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0)])];
+    let accel = Accel::build(&triangles, Vec::new(), Vec3::ZERO, Skip::Unneeded);
+    for d in [Vec3::X, Vec3::Y, vec3(0.6, 0.8, 0.0)] {
+        assert!(accel.closest(&Ray::new(vec3(-1.0, 0.2, 0.0), d)).is_none());
+    }
+}
+
+#[test]
+fn spheres_are_met_from_outside_and_inside_at_any_distance() {
+    for (radius, distance) in [(1.0f32, 3.0f32), (1e-3, 100.0), (1e-6, 1.0), (1e5, 2e5)] {
+        let spheres = vec![Sphere { center: vec3(0.0, 0.0, -distance), radius, flipped: false }];
+        let accel = Accel::build(&[], spheres, Vec3::ZERO, Skip::Unneeded);
+        let from_outside = accel.closest(&Ray::new(Vec3::ZERO, -Vec3::Z));
+        let Some(Hit::Sphere { t, at, .. }) = from_outside else { panic!("missed {radius} at {distance}") };
+        assert!((t - (distance - radius)).abs() <= 4.0 * UNIT * distance && at.ng.dot(Vec3::Z) > 0.999);
+        let from_inside = accel.closest(&Ray::new(vec3(0.0, 0.0, -distance), Vec3::X));
+        let Some(Hit::Sphere { t, .. }) = from_inside else { panic!("missed from inside") };
+        assert!((t - radius).abs() <= 4.0 * UNIT * radius);
+        // A tangent just inside hits, one just outside does not.
+        for (factor, hits) in [(0.999, true), (1.001, false)] {
+            let ray = Ray::new(vec3(radius * factor, 0.0, 0.0), -Vec3::Z);
+            assert_eq!(accel.closest(&ray).is_some(), hits, "{radius} at {distance}");
+        }
+    }
+}
+
+const UNIT: f32 = crate::ray::UNIT_ROUNDOFF;

@@ -1,8 +1,7 @@
 //! The way of a ray through the tree.
 
-use super::block::WIDTH;
 use super::query::Query;
-use super::tree::{Child, LEAF, Node};
+use super::tree::{Child, LEAF, Node, WIDTH};
 use super::{Accel, Best, SPHERE};
 use crate::ray::{Ray, UNIT_ROUNDOFF};
 use glam::{Vec3, Vec4};
@@ -67,8 +66,8 @@ impl Accel {
         }
     }
 
-    #[inline(never)]
     /// Nearest boxes first; what lies beyond the nearest hit is left out.
+    #[inline(never)]
     fn closest_with_stack<const Z: usize, const N: usize>(&self, ray: &Ray, query: &Query, best: &mut Best) {
         let slabs = Slabs::new(ray);
         let inverse_length2 = query.direction.length_squared().recip();
@@ -109,8 +108,8 @@ impl Accel {
         }
     }
 
-    #[inline(never)]
     /// Boxes in any order, until something is met.
+    #[inline(never)]
     fn any_with_stack<const Z: usize, const N: usize>(&self, ray: &Ray, query: &Query, t_max: f64) -> bool {
         let slabs = Slabs::new(ray);
         let inverse_length2 = query.direction.length_squared().recip();

@@ -1,6 +1,7 @@
 //! A tree with four children a node, collapsed from the binary tree that `obvhs` builds.
 
-use super::block::{Block, WIDTH};
+use super::block::{Block, PAIRS};
+use super::pairing::{Pair, pair_up};
 use super::{Accel, SPHERE};
 use crate::ray::UNIT_ROUNDOFF;
 use crate::shape::{Sphere, Triangle};
@@ -25,9 +26,13 @@ pub(super) struct Node {
     pub children: [Child; WIDTH],
 }
 
+/// Number of children of a node.
+pub(super) const WIDTH: usize = 4;
+
 /// Builds the tree over at least one primitive.
 pub(super) fn build(triangles: &[Triangle], spheres: Vec<Sphere>, eye: Vec3) -> Accel {
-    let boxes = boxes_of(triangles, &spheres);
+    let pairs = pair_up(triangles);
+    let boxes = boxes_of(&pairs, &spheres);
     let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::medium_build() };
     let binary = build_bvh2(&boxes, params, &mut std::time::Duration::default());
     let extent = boxes.iter().fold(eye.abs().max_element(), |extent, aabb| {
@@ -35,7 +40,7 @@ pub(super) fn build(triangles: &[Triangle], spheres: Vec<Sphere>, eye: Vec3) -> 
     });
     let mut collapse = Collapse {
         binary: &binary,
-        triangles,
+        pairs: &pairs,
         sizes: vec![0; binary.nodes.len()],
         // Shearing moves vertices by a few roundings of their distance to the ray's origin: boxes must hold them still.
         padding: Vec3A::splat(8.0 * UNIT_ROUNDOFF * extent),
@@ -49,16 +54,16 @@ pub(super) fn build(triangles: &[Triangle], spheres: Vec<Sphere>, eye: Vec3) -> 
     collapse.accel
 }
 
-fn boxes_of(triangles: &[Triangle], spheres: &[Sphere]) -> Vec<Aabb> {
-    let of_triangle = |t: &Triangle| {
-        let [a, b, c] = t.0.map(Vec3A::from);
-        Aabb::new(a.min(b).min(c), a.max(b).max(c))
+fn boxes_of(pairs: &[Pair], spheres: &[Sphere]) -> Vec<Aabb> {
+    let of_pair = |pair: &Pair| {
+        let (low, high) = pair.extent();
+        Aabb::new(low.into(), high.into())
     };
     let of_sphere = |s: &Sphere| {
         let (center, radius) = (Vec3A::from(s.center), Vec3A::splat(s.radius));
         Aabb::new(center - radius, center + radius)
     };
-    let mut boxes: Vec<Aabb> = triangles.par_iter().map(of_triangle).collect();
+    let mut boxes: Vec<Aabb> = pairs.par_iter().map(of_pair).collect();
     boxes.extend(spheres.iter().map(of_sphere));
     boxes
 }
@@ -72,8 +77,8 @@ impl Node {
 
 struct Collapse<'a> {
     binary: &'a Bvh2,
-    triangles: &'a [Triangle],
-    /// Number of primitives under each binary node; more than a block holds if one of them is a sphere.
+    pairs: &'a [Pair],
+    /// Number of pairs under each binary node; more than a block holds if one of them is a sphere.
     sizes: Vec<u32>,
     padding: Vec3A,
     accel: Accel,
@@ -99,8 +104,8 @@ impl Collapse<'_> {
         for &index in order.iter().rev() {
             let node = &self.binary.nodes[index];
             self.sizes[index] = if node.is_leaf() {
-                let spheres = self.primitives(index).iter().any(|&p| p as usize >= self.triangles.len());
-                if spheres { WIDTH as u32 + 1 } else { node.prim_count }
+                let spheres = self.primitives(index).iter().any(|&p| p as usize >= self.pairs.len());
+                if spheres { PAIRS as u32 + 1 } else { node.prim_count }
             } else {
                 let first = node.first_index as usize;
                 self.sizes[first].saturating_add(self.sizes[first + 1])
@@ -110,7 +115,7 @@ impl Collapse<'_> {
 
     /// True if all under a binary node fits in one leaf.
     fn leaf(&self, index: usize) -> bool {
-        self.sizes[index] as usize <= WIDTH || self.binary.nodes[index].is_leaf()
+        self.sizes[index] as usize <= PAIRS || self.binary.nodes[index].is_leaf()
     }
 
     /// The binary nodes that become the children of the wide node for an inner binary node: the largest is opened again
@@ -155,7 +160,7 @@ impl Collapse<'_> {
 
     /// Lays down the triangles under a binary node as a block, or its one sphere.
     fn emit_leaf(&mut self, index: usize) -> Child {
-        let mut found = Vec::with_capacity(WIDTH);
+        let mut found = Vec::with_capacity(PAIRS);
         let mut pending = vec![index];
         while let Some(index) = pending.pop() {
             let node = &self.binary.nodes[index];
@@ -166,12 +171,12 @@ impl Collapse<'_> {
             }
         }
         if let [only] = found[..]
-            && only as usize >= self.triangles.len()
+            && only as usize >= self.pairs.len()
         {
-            return LEAF | SPHERE | (only - self.triangles.len() as u32);
+            return LEAF | SPHERE | (only - self.pairs.len() as u32);
         }
-        let numbered: Vec<(u32, [Vec3; 3])> = found.iter().map(|&id| (id, self.triangles[id as usize].0)).collect();
-        self.accel.blocks.push(Block::new(&numbered));
+        let pairs: Vec<Pair> = found.iter().map(|&pair| self.pairs[pair as usize]).collect();
+        self.accel.blocks.push(Block::new(&pairs));
         LEAF | (self.accel.blocks.len() - 1) as Child
     }
 }

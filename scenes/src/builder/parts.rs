@@ -103,7 +103,12 @@ impl Parts {
         let surface = self.surfaces.len() as u32;
         let first = self.triangles.len();
         self.triangles.extend((0..mesh.triangles.len()).map(|index| mesh.triangle(index)));
-        self.infos.extend(mesh.fronts.iter().map(|&ng| TriangleInfo { ng, surface }));
+        let residuals = self.triangles[first..].iter().map(Triangle::residual);
+        self.infos.extend(mesh.fronts.iter().zip(residuals).map(|(&ng, residual)| TriangleInfo {
+            ng,
+            residual,
+            surface,
+        }));
         self.degenerate += mesh.degenerate;
         if !mesh.normals.is_empty() || !mesh.uvs.is_empty() {
             let BakedMesh { triangles, normals, uvs, .. } = mesh;

@@ -6,7 +6,7 @@ use sampling::math::Spectrum;
 /// Albedo of every surface of `furnace`.
 const FURNACE_ALBEDO: Spectrum = Spectrum::new(0.8, 0.65, 0.5);
 /// Emission of every surface of `furnace` \[W/(m²·sr)\].
-const FURNACE_EMISSION: Spectrum = Spectrum::new(1.0, 0.8, 0.6);
+const FURNACE_EMISSION: Spectrum = Spectrum::new(0.15, 0.2, 0.25);
 
 /// The radiance of order `k` that leaves point `p` \[m\], in the scene's coordinates, of a built-in scene
 /// \[W/(m²·sr)\]; `None` where there is no closed form. It is the same in every direction, for both scenes are
@@ -42,9 +42,9 @@ fn sphere_albedo(p: Vec3) -> Spectrum {
     Spectrum::splat(0.5) + Spectrum::new(0.4, 0.2, -0.4) * p.z
 }
 
-/// e(x) = 1 + slope · x.
+/// e(x) = 0.3 + slope · x.
 fn sphere_emission(p: Vec3) -> Spectrum {
-    Spectrum::ONE + Spectrum::new(0.8, -0.4, 0.8) * p.x
+    Spectrum::splat(0.3) + Spectrum::new(0.24, -0.12, 0.24) * p.x
 }
 
 /// ρᵏ in f64, rounded once.

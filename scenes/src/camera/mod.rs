@@ -138,3 +138,6 @@ impl Camera {
         pinhole.sample_wi(p_ref)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,6 +4,7 @@ use super::{CameraSettings, WeSample, WiSample};
 use crate::error::SceneError;
 use crate::ray::{Ray, SurfacePoint};
 use glam::DVec3;
+use sampling::fault;
 use sampling::{Vec2, Vec3, vec2};
 
 /// A pinhole with a film at distance 1, of area A = 4·half_width·half_height.
@@ -142,7 +143,8 @@ impl Pinhole {
         let squared = to_camera.length_squared();
         let wi = to_camera * squared.sqrt().recip();
         let (cos, raster) = self.project(-wi)?;
-        let we = 1.0 / (self.film_area * (cos * cos) * (cos * cos));
+        let last = fault!("importance_with_cos_cubed", cos, 1.0);
+        let we = 1.0 / (self.film_area * (cos * cos) * (cos * last));
         Some(WiSample { at: self.point(), wi, raster, we, pdf: squared / cos })
     }
 }

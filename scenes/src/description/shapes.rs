@@ -19,9 +19,9 @@ const COMMON: [&str; 6] = ["type", "material", "emission", "two_sided", "flip", 
 /// radius }`, with its front outside; `mesh` with `file` (OBJ) or with `vertices` and `faces` (indices from 0, three or
 /// more a face, the front counter-clockwise).
 ///
-/// Every shape has a `material`, which only a mesh file can lack: then the file's own materials hold. `emission`
-/// \[W/(m²·sr)\] is what its front emits, and its back too where `two_sided = true`; `flip = true` turns front and back
-/// over; `transform` is a list of steps.
+/// Every shape has a `material`, which only a mesh file can lack: then the file's own materials hold, with what they
+/// emit. `emission` \[W/(m²·sr)\] is what its front emits, and its back too where `two_sided = true`; `flip = true`
+/// turns front and back over; `transform` is a list of steps.
 pub(super) fn read(
     root: &Table,
     materials: &Materials,

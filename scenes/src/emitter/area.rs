@@ -4,6 +4,7 @@ use super::{Endpoint, EndpointKind, LeSample, LiSample};
 use crate::ray::SurfacePoint;
 use crate::shape::{Parallelogram, Sphere, Triangle};
 use crate::texture::Texture;
+use sampling::fault;
 use sampling::math::{Frame, Spectrum};
 use sampling::{Vec2, Vec3, measure, vec2, warp};
 use std::f64::consts::PI;
@@ -56,7 +57,8 @@ impl AreaEmitter {
     /// The radiance emitted at a surface point in direction `w` (unit, away from the surface).
     #[inline]
     pub fn le(&self, at: &SurfacePoint, w: Vec3) -> Spectrum {
-        if self.emission.two_sided || at.ng.dot(w) > 0.0 { self.emission.radiance.at(at.p) } else { Spectrum::ZERO }
+        let front = fault!("emitter_shines_from_its_back", at.ng.dot(w) > 0.0, true);
+        if self.emission.two_sided || front { self.emission.radiance.at(at.p) } else { Spectrum::ZERO }
     }
 
     /// A point uniform over the area.
@@ -129,7 +131,8 @@ impl AreaEmitter {
         if let Some(pdf) = self.cone_sphere().and_then(|sphere| sphere.pdf_cone(p_ref)) {
             return pdf;
         }
-        measure::area_to_solid_angle(1.0 / self.area, p_ref, at.p, at.ng)
+        let pdf = measure::area_to_solid_angle(1.0 / self.area, p_ref, at.p, at.ng);
+        fault!("area_density_not_converted", pdf, 1.0 / self.area)
     }
 
     /// A position uniform over the area and a direction in proportion to the cosine; both sides alike if two-sided.
@@ -148,7 +151,7 @@ impl AreaEmitter {
             le: self.emission.radiance.at(at.p),
             pdf_p: 1.0 / self.area,
             pdf_d: self.side_pmf() * warp::cosine_hemisphere_pdf(local.z),
-            cos: local.z,
+            cos: fault!("emitter_cosine_dropped", local.z, 1.0),
         })
     }
 

@@ -3,6 +3,7 @@
 use super::{Emitter, EmitterId};
 use crate::needs::Skip;
 use sampling::alias::AliasTable;
+use sampling::fault;
 
 /// The choice among a scene's emitters, in proportion to their power. An emitter without power is never chosen.
 #[derive(Clone, Debug)]
@@ -38,7 +39,7 @@ impl EmitterChoice {
             EmitterChoice::One(id) => Some((*id, 1.0)),
             EmitterChoice::Table(table) => {
                 let (index, pmf, _) = table.sample(uc);
-                Some((EmitterId(index as u32), pmf))
+                Some((EmitterId(index as u32), fault!("power_weights_wrong", pmf, 0.5)))
             }
         }
     }
@@ -49,7 +50,7 @@ impl EmitterChoice {
         match self {
             EmitterChoice::None => 0.0,
             EmitterChoice::One(one) => f32::from(u8::from(*one == id)),
-            EmitterChoice::Table(table) => table.pmf(id.0 as usize),
+            EmitterChoice::Table(table) => fault!("power_weights_wrong", table.pmf(id.0 as usize), 0.5),
         }
     }
 }

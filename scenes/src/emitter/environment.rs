@@ -2,6 +2,7 @@
 
 use super::{Endpoint, EndpointKind, LeSample, LiSample};
 use crate::ray::{Ray, SurfacePoint};
+use sampling::fault;
 use sampling::math::{Frame, Spectrum};
 use sampling::{Vec2, Vec3, warp};
 use std::f32::consts::PI;
@@ -42,7 +43,7 @@ impl ConstantEnvironment {
             wi,
             distance: f32::INFINITY,
             li: self.radiance,
-            pdf: warp::uniform_sphere_pdf(),
+            pdf: fault!("environment_density_of_a_hemisphere", 1.0, 2.0) * warp::uniform_sphere_pdf(),
             delta: false,
         }
     }

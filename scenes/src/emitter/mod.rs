@@ -101,3 +101,6 @@ pub struct LeSample {
     /// |cosθ| at the emitter; 1 for a point emitter and an environment.
     pub cos: f32,
 }
+
+#[cfg(test)]
+mod tests;

@@ -62,8 +62,12 @@ impl Model {
     /// Reads a file and its libraries.
     pub fn open(path: &Path) -> Result<Self, SceneError> {
         let unreadable = |error| SceneError::unreadable(path, error, "give the path of an OBJ file");
-        let bytes = std::fs::read(path).map_err(unreadable)?;
-        let source = source::prepare(path, &source::decode(path, &bytes)?)?;
+        Self::read(path, &std::fs::read(path).map_err(unreadable)?)
+    }
+
+    /// Reads the contents of the file at `path`, and its libraries.
+    pub fn read(path: &Path, bytes: &[u8]) -> Result<Self, SceneError> {
+        let source = source::prepare(path, &source::decode(path, bytes)?)?;
         if source.faces == 0 {
             return Err(SceneError::invalid("the file holds no faces", "add `f` lines").in_file(path));
         }

@@ -15,36 +15,23 @@ pub struct Orientation {
     pub closed: bool,
 }
 
-/// Turns triangles over so that the fronts of each closed part look outwards. Parts that are not closed are left as
-/// they are.
+/// Turns triangles over so that the fronts of each closed part look outwards. Parts that are not closed are left as they
+/// are.
 ///
-/// Vertices at equal positions count as one. A part's outside is the side that makes its volume positive, so a hollow
-/// body's inner wall, being a part of its own, looks the same way as its outer one: nested shells are not told apart.
+/// Vertices at equal positions count as one. Outside is the side that makes a part's volume positive. A part within
+/// another, whose triangles agree with one another, is left as it is: it may be the wall of a hollow.
 pub fn orient_outwards(mesh: &mut MeshData) -> Orientation {
-    let welded = weld(&mesh.positions);
-    let corners: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|i| welded[i as usize])).collect();
-    let mut sharing: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
-    for (t, &[a, b, c]) in corners.iter().enumerate() {
-        for (i, j) in [(a, b), (b, c), (c, a)] {
-            sharing.entry([i.min(j), i.max(j)]).or_default().push(t as u32);
-        }
-    }
-    let mut state: Vec<Option<bool>> = vec![None; corners.len()];
     let mut result = Orientation { turned: 0, closed: true };
-    for start in 0..corners.len() {
-        if state[start].is_some() {
+    let parts = parts(mesh);
+    for part in &parts {
+        let within = |other: &Part| other.low.cmplt(part.low).all() && part.high.cmplt(other.high).all();
+        let wall_of_hollow = part.agree && parts.iter().any(within);
+        result.closed &= part.closed;
+        if !part.closed || wall_of_hollow {
             continue;
         }
-        let (part, closed) = walk_part(start, &corners, &sharing, &mut state);
-        if !closed {
-            result.closed = false;
-            continue;
-        }
-        let signed =
-            |&t: &usize| volume(&mesh.positions, mesh.triangles[t]) * if state[t] == Some(true) { -1.0 } else { 1.0 };
-        let inward = part.iter().map(signed).sum::<f64>() < 0.0;
-        for &t in &part {
-            if (state[t] == Some(true)) != inward {
+        for &(t, turned) in &part.triangles {
+            if turned != (part.volume < 0.0) {
                 mesh.triangles[t].swap(1, 2);
                 result.turned += 1;
             }
@@ -53,14 +40,63 @@ pub fn orient_outwards(mesh: &mut MeshData) -> Orientation {
     result
 }
 
+/// Triangles connected by edges.
+struct Part {
+    /// Each with whether it must be turned to agree with the first.
+    triangles: Vec<(usize, bool)>,
+    /// Whether each edge is shared by two triangles, and they can be made to agree.
+    closed: bool,
+    /// Whether none must be turned.
+    agree: bool,
+    /// Six times the volume after turning; its sign says whether the first looks outwards.
+    volume: f64,
+    low: DVec3,
+    high: DVec3,
+}
+
+fn parts(mesh: &MeshData) -> Vec<Part> {
+    let welded = weld(&mesh.positions);
+    let corners: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|i| welded[i as usize])).collect();
+    let mut sharing: Sharing = HashMap::new();
+    for (t, &[a, b, c]) in corners.iter().enumerate() {
+        for (i, j) in [(a, b), (b, c), (c, a)] {
+            sharing.entry([i.min(j), i.max(j)]).or_default().push(t as u32);
+        }
+    }
+    let mut state: Vec<Option<bool>> = vec![None; corners.len()];
+    let mut parts = Vec::new();
+    for start in 0..corners.len() {
+        if state[start].is_none() {
+            let (members, closed) = walk_part(start, &corners, &sharing, &mut state);
+            let triangles: Vec<_> = members.into_iter().map(|t| (t, state[t] == Some(true))).collect();
+            parts.push(Part::of(mesh, triangles, closed));
+        }
+    }
+    parts
+}
+
+impl Part {
+    fn of(mesh: &MeshData, triangles: Vec<(usize, bool)>, closed: bool) -> Self {
+        let at = |i: u32| mesh.positions[i as usize];
+        let points = || triangles.iter().flat_map(|&(t, _)| mesh.triangles[t].map(at));
+        let low = points().fold(DVec3::INFINITY, DVec3::min);
+        let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let signed = |&(t, turned): &(usize, bool)| {
+            let [a, b, c] = mesh.triangles[t].map(|i| at(i) - low);
+            a.dot(b.cross(c)) * if turned { -1.0 } else { 1.0 }
+        };
+        let volume = triangles.iter().map(signed).sum();
+        let agree = triangles.iter().all(|&(_, turned)| !turned);
+        Part { triangles, closed, agree, volume, low, high }
+    }
+}
+
+/// The triangles at each edge.
+type Sharing = HashMap<[u32; 2], Vec<u32>>;
+
 /// The connected triangles from `start`, each marked whether it must be turned to agree with `start`; and whether they
-/// are closed and agree.
-fn walk_part(
-    start: usize,
-    corners: &[[u32; 3]],
-    sharing: &HashMap<[u32; 2], Vec<u32>>,
-    state: &mut [Option<bool>],
-) -> (Vec<usize>, bool) {
+/// are closed and can agree.
+fn walk_part(start: usize, corners: &[[u32; 3]], sharing: &Sharing, state: &mut [Option<bool>]) -> (Vec<usize>, bool) {
     let mut part = vec![start];
     let mut closed = true;
     state[start] = Some(false);
@@ -71,14 +107,9 @@ fn walk_part(
         for (i, j) in [(a, b), (b, c), (c, a)] {
             let sharers = &sharing[&[i.min(j), i.max(j)]];
             closed &= sharers.len() == 2 && i != j;
-            for &other in sharers {
-                let other = other as usize;
-                if other == t {
-                    continue;
-                }
+            for other in sharers.iter().map(|&other| other as usize).filter(|&other| other != t) {
                 // Neighbours agree when they run along their common edge in opposite directions.
-                let disagrees = runs_along(corners[other], i, j);
-                let turned = (state[t] == Some(true)) != disagrees;
+                let turned = (state[t] == Some(true)) != runs_along(corners[other], i, j);
                 match state[other] {
                     None => {
                         state[other] = Some(turned);
@@ -94,12 +125,6 @@ fn walk_part(
 
 fn runs_along([a, b, c]: [u32; 3], i: u32, j: u32) -> bool {
     [(a, b), (b, c), (c, a)].contains(&(i, j))
-}
-
-/// Six times the signed volume of the tetrahedron from the origin.
-fn volume(positions: &[DVec3], triangle: [u32; 3]) -> f64 {
-    let [a, b, c] = triangle.map(|i| positions[i as usize] - positions[0]);
-    a.dot(b.cross(c))
 }
 
 /// For each position the first index that has it.
@@ -195,6 +220,15 @@ mod tests {
             assert_eq!(orient_outwards(&mut mesh), Orientation { turned: turn.len(), closed: true });
             assert!(outwards(&mesh), "{turn:?}");
         }
+    }
+
+    #[test]
+    fn the_wall_of_a_hollow_stays_as_it_is() {
+        let mut mesh = cube(&[]);
+        let hollow = cube(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]);
+        mesh.positions.extend(hollow.positions.iter().map(|p| *p * 0.5 + 0.25));
+        mesh.triangles.extend(hollow.triangles.iter().map(|t| t.map(|i| i + 8)));
+        assert_eq!(orient_outwards(&mut mesh), Orientation { turned: 0, closed: true });
     }
 
     #[test]

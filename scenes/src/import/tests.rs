@@ -255,3 +255,59 @@ fn the_real_cornell_boxes_open_as_they_are() {
         eprintln!("{name}: {:#?}", scene.notes);
     }
 }
+
+/// No bytes whatever make the readers panic: prefixes of a file, and files with pieces replaced.
+#[test]
+fn nothing_panics() {
+    let mtl = "newmtl a\nKd .5\nKs 1 1 1\nNs 10\nNi 1.5\nd 0\nTf 1 1 1\nillum 7\nKe 1 2 3\nmap_Kd x\n";
+    let folder = folder(&[("a.mtl", mtl)]);
+    let path = folder.path().join("a.obj");
+    let obj = format!(
+        "mtllib a.mtl\n{TRIANGLE}v 0 0 1\nvn 0 0 1\nvt 0 0\no x\nusemtl a\nf 1/1/1 2 3//1 -1\\\n\ns 1\nf 4 3 2 1\n"
+    );
+    for end in 0..obj.len() {
+        let _ = Model::read(&path, &obj.as_bytes()[..end]);
+    }
+    let mut state = 1u64;
+    let mut next = |n: usize| {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 33) as usize % n
+    };
+    let junk =
+        ["nan", "1e400", "-", "0", "/", "//", "\\", "#", "\n", "\t", "9223372036854775807", "-9223372036854775808"];
+    let mut mutate = |text: &str| {
+        let mut bytes = text.as_bytes().to_vec();
+        for _ in 0..1 + next(3) {
+            let at = next(bytes.len());
+            let end = (at + next(6)).min(bytes.len());
+            bytes.splice(at..end, junk[next(junk.len())].bytes());
+        }
+        bytes
+    };
+    for _ in 0..4000 {
+        let _ = Model::read(&path, &mutate(&obj));
+        let statements = String::from_utf8_lossy(&mutate(mtl)).into_owned();
+        if let Ok(materials) = mtl::parse(&path, &statements) {
+            materials.iter().for_each(|material| drop(Appearance::of(material)));
+        }
+    }
+}
+
+#[test]
+fn scene_files_take_meshes_from_files() {
+    let obj = format!("mtllib a.mtl\n{TRIANGLE}usemtl lamp\nf 1 2 3\nusemtl wall\nf 1 2 3\n");
+    let mtl = "newmtl lamp\nKe 5 5 5\nnewmtl wall\nKd 0.1 0.1 0.1\n";
+    let scene = |shape: &str| {
+        let head =
+            "[camera]\nposition = [0, 0, 3]\ntarget = [0, 0, 0]\n[materials.white]\ntype = \"lambert\"\nalbedo = 0.7\n";
+        let toml = format!("{head}[[shapes]]\ntype = \"mesh\"\nfile = \"meshes/a.obj\"\n{shape}\n");
+        let folder = folder(&[("scene.toml", &toml), ("meshes/a.obj", &obj), ("meshes/a.mtl", mtl)]);
+        load(folder.path().join("scene.toml").to_str().unwrap(), &LoadOptions::default()).map_err(|e| e.to_string())
+    };
+    let own = scene("").unwrap();
+    assert_eq!((own.emitters.len(), own.counts().shapes), (1, 2));
+    let painted = scene("material = \"white\"\nemission = 2").unwrap();
+    assert_eq!(painted.emitters.len(), 2);
+    assert!(scene("material = \"white\"").unwrap().emitters.is_empty());
+    assert!(scene("radius = 3").unwrap_err().contains("scene.toml:10: unknown key `radius`"));
+}

@@ -32,15 +32,19 @@ const SIDES: [(DVec3, DVec3); 6] = [
 ///    block, seen from +z.
 pub fn choose(meshes: &[&MeshData], emits: bool, size: (u32, u32)) -> CameraSettings {
     let bounds = Bounds::of(meshes);
-    let views = SIDES.map(|(side, up)| (outside(&bounds, side, up, size), try_view(meshes, &bounds, side, up)));
-    if let Some((camera, _)) = views.iter().find(|(_, seen)| seen.hits >= 0.1 && seen.walls < 0.8) {
-        return *camera;
+    let shows = |(side, up): &(DVec3, DVec3)| {
+        let seen = try_view(meshes, &bounds, *side, *up);
+        seen.hits >= 0.1 && seen.walls < 0.8
+    };
+    if let Some((side, up)) = SIDES.into_iter().find(shows) {
+        return outside(&bounds, side, up, size);
     }
-    let [(camera, front), ..] = &views;
+    let (side, up) = SIDES[0];
+    let front = try_view(meshes, &bounds, side, up);
     if front.walls >= 0.8 && (emits || front.backs > 0.5) {
         return inside(&bounds, size);
     }
-    *camera
+    outside(&bounds, side, up, size)
 }
 
 /// What the rays of a view meet, as fractions of their number.

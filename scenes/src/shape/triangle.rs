@@ -25,24 +25,18 @@ impl Triangle {
         ((a + b + c) / 3.0).as_vec3()
     }
 
-    /// The point of barycentric coordinates `b` (of the vertices 1 and 2), evaluated in `f64` and rounded once.
-    #[inline]
-    pub fn at(&self, b: [f64; 2]) -> Vec3 {
-        let [v0, v1, v2] = self.0.map(Vec3::as_dvec3);
-        (v0 * (1.0 - b[0] - b[1]) + v1 * b[0] + v2 * b[1]).as_vec3()
-    }
-
-    /// What rounding in `f64` may leave of [`Triangle::at`]'s and the intersection's error \[m\].
-    #[inline]
+    /// What rounding in `f64` may leave of the errors of [`Triangle::point`] and of an intersection \[m\].
     pub fn residual(&self) -> f32 {
         const SHARE: f32 = 1.0 / (1u64 << 46) as f32;
         self.0.map(|v| v.abs().max_element()).into_iter().fold(0.0, f32::max) * SHARE
     }
 
-    /// The surface point of barycentric coordinates `b` with the given normal.
+    /// The surface point of barycentric coordinates `b` (of the vertices 1 and 2), evaluated in `f64` and rounded once.
     #[inline]
     pub fn point(&self, b: [f64; 2], ng: Vec3) -> SurfacePoint {
-        SurfacePoint::on_surface(self.at(b), ng, self.residual())
+        let [v0, v1, v2] = self.0.map(Vec3::as_dvec3);
+        let p = v0 * (1.0 - b[0] - b[1]) + v1 * b[0] + v2 * b[1];
+        SurfacePoint::on_surface(p.as_vec3(), ng, self.residual())
     }
 
     fn double_area_vector(&self) -> DVec3 {

@@ -1,0 +1,158 @@
+use super::*;
+use crate::test_support::{add_room, built, bumpy_ball, grey_builder};
+use crate::texture::Texture;
+use glam::dvec3;
+use sampling::bsdf::{Lambert, Mirror};
+
+#[track_caller]
+fn refused(builder: SceneBuilder, word: &str) {
+    match builder.build(Skip::Unneeded) {
+        Ok(_) => panic!("a scene was built in spite of: {word}"),
+        Err(error) => assert!(error.to_string().contains(word), "{error}"),
+    }
+}
+
+#[test]
+fn what_is_wrong_is_told() {
+    let with = |change: &dyn Fn(&mut SceneBuilder, MaterialId)| {
+        let (mut builder, grey) = grey_builder("bad");
+        change(&mut builder, grey);
+        builder
+    };
+    refused(SceneBuilder::new("no camera"), "camera");
+    refused(with(&|b, m| drop(b.sphere(DVec3::ZERO, -1.0, m))), "radius");
+    refused(with(&|b, m| drop(b.sphere(DVec3::NAN, 1.0, m))), "finite");
+    refused(with(&|b, m| drop(b.quad(DVec3::ZERO, DVec3::X, DVec3::X, m))), "no area");
+    refused(with(&|b, _| drop(b.sphere(DVec3::ZERO, 1.0, MaterialId(7)))), "material 7");
+    refused(with(&|b, _| b.environment(Spectrum::splat(-1.0))), "environment");
+    refused(with(&|b, _| b.point_emitter(DVec3::ZERO, Spectrum::splat(f32::NAN))), "point emitter");
+    refused(with(&|b, _| drop(b.material(Lambert { albedo: Spectrum::splat(1.5) }))), "albedo");
+    refused(with(&|b, m| drop(b.sphere(DVec3::ZERO, 1e18, m))), "unit");
+    refused(
+        with(&|b, m| {
+            let shape = b.sphere(DVec3::ZERO, 1.0, m);
+            b.transform(shape, DAffine3::from_scale(dvec3(1.0, 2.0, 1.0)));
+        }),
+        "sphere",
+    );
+    refused(
+        with(&|b, m| {
+            let mut mesh = bumpy_ball(4);
+            mesh.triangles[3] = [0, 1, 9999];
+            b.mesh(mesh, m);
+        }),
+        "9999",
+    );
+    refused(
+        with(&|b, m| {
+            let shape = b.sphere(DVec3::ZERO, 1.0, m);
+            let radiance = Texture::ramp_z(Spectrum::ONE, Spectrum::splat(2.0));
+            b.emit(shape, Emission { radiance, two_sided: false });
+        }),
+        "radiance",
+    );
+    refused(
+        with(&|b, _| {
+            let albedo = Texture::ramp_z(Spectrum::splat(0.5), Spectrum::splat(0.6));
+            let ramp = b.material(Material::Lambert { albedo });
+            b.sphere(DVec3::ZERO, 1.0, ramp);
+        }),
+        "albedo",
+    );
+}
+
+#[test]
+fn the_hash_knows_what_an_image_depends_on() {
+    let scene = |change: &dyn Fn(&mut SceneBuilder, MaterialId)| {
+        let (mut builder, grey) = grey_builder("hashed");
+        add_room(&mut builder, DVec3::NEG_ONE, DVec3::ONE, grey);
+        change(&mut builder, grey);
+        built(builder, Skip::Unneeded).hash
+    };
+    let plain = scene(&|_, _| {});
+    assert_eq!(plain, scene(&|_, _| {}));
+    assert_eq!(plain, scene(&|b, _| b.note("only a note".into())));
+    let others = [
+        scene(&|b, m| drop(b.sphere(DVec3::ZERO, 0.5, m))),
+        scene(&|b, m| drop(b.sphere(DVec3::ZERO, 0.500_001, m))),
+        scene(&|b, _| drop(b.material(Mirror { reflectance: Spectrum::ONE }))),
+        scene(&|b, _| b.environment(Spectrum::ONE)),
+        scene(&|b, _| b.flip(ShapeId(0))),
+        scene(&|b, _| b.emit(ShapeId(0), Emission { radiance: 1.0.into(), two_sided: false })),
+        scene(&|b, _| b.emit(ShapeId(0), Emission { radiance: 1.0.into(), two_sided: true })),
+        scene(&|b, _| b.transform(ShapeId(0), DAffine3::from_scale(dvec3(1.0, 1.0, 0.999)))),
+        scene(&|b, _| {
+            let settings = b.camera.expect("there is one");
+            b.camera(CameraSettings { fov: 41.0, ..settings });
+        }),
+    ];
+    for (i, hash) in others.iter().enumerate() {
+        assert_ne!(*hash, plain, "{i}");
+        assert!(!others[..i].contains(hash), "{i}");
+    }
+}
+
+#[test]
+fn a_distant_scene_is_recentred_and_loses_nothing() {
+    let place = dvec3(1e5, -3e5, 2e5);
+    let (mut builder, grey) = grey_builder("far");
+    add_room(&mut builder, place - 1.0, place + 1.0, grey);
+    let albedo = Texture::Ramp {
+        base: Spectrum::splat(0.5),
+        slope: Spectrum::splat(0.25),
+        axis: sampling::Vec3::X,
+        origin: place.as_vec3(),
+        scale: 1.0,
+    };
+    let ramp = builder.material(Material::Lambert { albedo });
+    builder.sphere(place, 0.5, ramp);
+    let scene = built(builder, Skip::Unneeded);
+    assert!((scene.origin - place).length() < 1e-9);
+    let it = scene.intersect(&crate::ray::Ray::new(sampling::Vec3::X * 0.9, -sampling::Vec3::X)).expect("the ball");
+    assert!((it.t - 0.4).abs() < 1e-6);
+    let sampling::bsdf::Bsdf::Lambert(lambert) = it.bsdf else { panic!("{:?}", it.bsdf) };
+    assert!((lambert.albedo.to_array()[0] - 0.625).abs() < 1e-6);
+    let (mut near, grey) = grey_builder("near");
+    add_room(&mut near, DVec3::ZERO, DVec3::ONE, grey);
+    assert_eq!(built(near, Skip::Unneeded).origin, DVec3::ZERO);
+}
+
+#[test]
+fn needs_say_what_a_scene_asks_and_nothing_is_skipped_when_told_so() {
+    let build = |skip| {
+        let (mut builder, grey) = grey_builder("needs");
+        add_room(&mut builder, DVec3::NEG_ONE, DVec3::ONE, grey);
+        builder.emit(ShapeId(0), Emission { radiance: 1.0.into(), two_sided: false });
+        built(builder, skip)
+    };
+    let needs = build(Skip::Unneeded).needs;
+    assert!(needs.only_lambertian && needs.few_primitives && needs.hittable_emitters && !needs.emitter_choice);
+    assert_eq!((needs.primitives, needs.emitters), (12, 1));
+    assert_eq!(needs.skipped(), ["environment", "textures", "delta_lobes", "emitter_choice", "delta_emitters", "bvh"]);
+    let all = build(Skip::Nothing).needs;
+    assert!(all.skipped().is_empty());
+    assert!(all.environment && all.textures && all.delta_lobes && !all.only_lambertian && !all.few_primitives);
+}
+
+#[test]
+fn triangles_without_area_are_left_out_and_counted() {
+    let (mut builder, grey) = grey_builder("slivers");
+    let mut mesh = bumpy_ball(6);
+    let count = mesh.triangles.len();
+    mesh.triangles.extend([[0, 0, 1], [2, 3, 2]]);
+    builder.mesh(mesh, grey);
+    let scene = built(builder, Skip::Unneeded);
+    assert_eq!(scene.counts().triangles, count);
+    assert!(scene.notes[0].starts_with("2 triangles"), "{:?}", scene.notes);
+}
+
+#[test]
+fn an_empty_scene_is_a_scene() {
+    for skip in [Skip::Unneeded, Skip::Nothing] {
+        let (builder, _) = grey_builder("empty");
+        let scene = built(builder, skip);
+        let ray = scene.camera.sample_we(sampling::vec2(3.0, 4.0), sampling::Vec2::ZERO).ray;
+        assert!(scene.intersect(&ray).is_none() && !scene.occluded(&ray));
+        assert_eq!(scene.bounds.radius, 1.0);
+    }
+}

@@ -1,0 +1,325 @@
+//! The command line from outside: what it writes, what it says, and how it ends.
+
+use neumann::export::exr::{read_layers, without_time};
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+mod bad_input;
+#[cfg(target_os = "linux")]
+mod signals;
+
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_neumann"));
+    command.current_dir(folder).args(arguments);
+    command
+}
+
+fn neumann(folder: &Path, arguments: &[&str]) -> Output {
+    command(folder, arguments).output().expect("the program starts")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Runs what must succeed; gives standard output.
+fn succeed(folder: &Path, arguments: &[&str]) -> String {
+    let output = neumann(folder, arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+fn json(folder: &Path, file: &str) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(folder.join(file)).unwrap()).unwrap()
+}
+
+/// Every file below a folder with its size.
+fn files(folder: &Path) -> Vec<(String, u64)> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap().map(Result::unwrap) {
+        let name = entry.file_name().into_string().unwrap();
+        if entry.file_type().unwrap().is_dir() {
+            found.push((format!("{name}/"), 0));
+            found.extend(files(&entry.path()).into_iter().map(|(inner, size)| (format!("{name}/{inner}"), size)));
+        } else {
+            found.push((name, entry.metadata().unwrap().len()));
+        }
+    }
+    found.sort();
+    found
+}
+
+fn folder_with(contents: &[(&str, &str)]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    contents.iter().for_each(|(name, text)| std::fs::write(folder.path().join(name), text).unwrap());
+    folder
+}
+
+/// Bad input ends with status 2 and one message that holds all of `words`; nothing is written.
+fn refused(folder: &Path, arguments: &[&str], words: &[&str]) {
+    let before = files(folder);
+    let output = neumann(folder, arguments);
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+    assert_eq!(message.matches("error:").count(), 1, "{arguments:?}: {message}");
+    assert!(!message.contains("panicked"), "{arguments:?}: {message}");
+    for word in words {
+        assert!(message.contains(word), "{arguments:?} should say `{word}`: {message}");
+    }
+    assert_eq!(files(folder), before, "{arguments:?} left something behind");
+}
+
+const ROOM: &str = r#"
+[camera]
+position = [0, 0, 3]
+target = [0, 0, 0]
+fov = 40
+width = 8
+height = 8
+[materials.white]
+type = "lambert"
+albedo = 0.5
+[[shapes]]
+type = "quad"
+origin = [-1, -1, 0]
+edge_u = [2, 0, 0]
+edge_v = [0, 2, 0]
+material = "white"
+[[emitters]]
+type = "point"
+position = [0, 0, 2]
+intensity = 1
+"#;
+
+const EXPERIMENT: &str = "scenes = [\"furnace\"]\nspp = 8\nreplicates = 4\nmax_order = 2\nsize = [8, 8]\n\
+    [[methods]]\nname = \"path\"\n[[methods]]\nname = \"bdpt\"\n\
+    [convergence]\nsize = [4, 4]\ncheckpoints = [1, 2]\nreplicates = 8\n";
+
+#[test]
+fn a_render_leaves_an_image_and_statistics_in_the_form_of_the_contract() {
+    let folder = folder_with(&[]);
+    let render = ["render", "furnace", "-i", "bdpt", "--size", "8x6", "--spp", "8", "--max-order", "3", "--tail"];
+    let options = ["--seed", "7", "--set", "bdpt.mis=balance", "--layers", "orders,variance", "--stats", "s.json"];
+    succeed(folder.path(), &[&render[..], &options].concat());
+
+    let s = json(folder.path(), "s.json");
+    let keys: Vec<&str> = s.as_object().unwrap().keys().map(String::as_str).collect();
+    let mut expected = [
+        "neumann",
+        "scene",
+        "method",
+        "settings",
+        "width",
+        "height",
+        "max_order",
+        "spp",
+        "replicates",
+        "seed",
+        "sampler",
+        "threads",
+        "seconds",
+        "rays",
+        "camera_paths",
+        "light_paths",
+        "connections",
+        "skipped",
+        "invalid",
+        "orders",
+        "total",
+        "missing_light",
+        "peak_memory_bytes",
+    ];
+    expected.sort_unstable();
+    let mut sorted = keys.clone();
+    sorted.sort_unstable();
+    assert_eq!(sorted, expected);
+    assert_eq!((s["width"].as_u64(), s["height"].as_u64(), s["spp"].as_u64()), (Some(8), Some(6), Some(8)));
+    assert_eq!((s["method"].as_str(), s["settings"]["mis"].as_str()), (Some("bdpt"), Some("balance")));
+    assert_eq!((s["seed"].as_u64(), s["sampler"].as_str()), (Some(7), Some("independent")));
+    let orders = s["orders"].as_array().unwrap();
+    assert_eq!(
+        orders.iter().map(|o| o["order"].clone()).collect::<Vec<_>>(),
+        [0.into(), 1.into(), 2.into(), 3.into(), Value::from("tail")]
+    );
+    assert_eq!(s["invalid"].as_array().unwrap().len(), 5);
+    assert!(orders[1]["variance"][0].is_f64() && s["total"]["mean_se"][2].is_f64());
+    assert_eq!(s["camera_paths"].as_u64(), Some(8 * 6 * 8));
+
+    let image = read_layers(&folder.path().join("furnace_bdpt.exr")).unwrap();
+    let names: Vec<&str> = image.layers.iter().map(|l| l.name.as_str()).collect();
+    let expected = [
+        "",
+        "order00",
+        "order00_var",
+        "order01",
+        "order01_var",
+        "order02",
+        "order02_var",
+        "order03",
+        "order03_var",
+        "tail",
+        "tail_var",
+    ];
+    assert_eq!(names, expected);
+    assert_eq!((image.width, image.height), (8, 6));
+    for pixel in 0..48 {
+        let sum: f32 = names
+            .iter()
+            .zip(&image.layers)
+            .filter(|(n, _)| !n.is_empty() && !n.ends_with("_var"))
+            .map(|(_, l)| l.pixels[pixel][1])
+            .sum();
+        let beauty = image.layers[0].pixels[pixel][1];
+        assert!((sum - beauty).abs() <= 1e-6 * beauty, "pixel {pixel}: {sum} {beauty}");
+    }
+    assert_eq!(files(folder.path()).len(), 2);
+}
+
+#[test]
+fn one_replicate_has_no_variance_and_orders_may_be_chosen() {
+    let folder = folder_with(&[("room.toml", ROOM)]);
+    let render = ["render", "room.toml", "--spp", "3", "--replicates", "1", "--orders", "1,3", "--max-order", "3"];
+    succeed(folder.path(), &[&render[..], &["-o", "x.exr", "--stats", "s.json", "--quiet"]].concat());
+    let s = json(folder.path(), "s.json");
+    let orders = s["orders"].as_array().unwrap();
+    assert_eq!(orders.iter().map(|o| o["order"].as_u64().unwrap()).collect::<Vec<_>>(), [1, 3]);
+    assert!(orders[0]["variance"].is_null() && orders[0]["mean_se"].is_null() && s["total"]["variance"].is_null());
+    assert!(orders[0]["mean"][0].as_f64().unwrap() > 0.0);
+    let image = read_layers(&folder.path().join("x.exr")).unwrap();
+    assert_eq!(image.layers.iter().map(|l| l.name.as_str()).collect::<Vec<_>>(), ["", "order01", "order03"]);
+    succeed(folder.path(), &["render", "room.toml", "--spp", "4", "--layers", "beauty", "-o", "b.exr"]);
+    assert_eq!(read_layers(&folder.path().join("b.exr")).unwrap().layers.len(), 1);
+}
+
+#[test]
+fn a_budget_in_seconds_is_kept_roughly_and_recorded_in_samples() {
+    let folder = folder_with(&[]);
+    succeed(folder.path(), &["render", "furnace", "--size", "4x4", "--seconds", "0.2", "--stats", "s.json"]);
+    let s = json(folder.path(), "s.json");
+    let spp = s["spp"].as_u64().unwrap();
+    assert!(spp >= 4 && spp.is_multiple_of(4), "{spp} samples");
+    // A machine busy with other tests may take several times as long as the pilot run promised.
+    assert!(s["seconds"]["render"].as_f64().unwrap() < 20.0);
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let folder = folder_with(&[]);
+    for method in ["direct", "path", "light", "bdpt"] {
+        let run = |threads: &str| {
+            let render =
+                ["render", "cornell_box", "-i", method, "--size", "33x19", "--spp", "8", "--layers", "orders,variance"];
+            succeed(
+                folder.path(),
+                &[&render[..], &["--threads", threads, "-o", "a.exr", "--stats", "s.json"]].concat(),
+            );
+            let stats = json(folder.path(), "s.json");
+            assert_eq!(stats["threads"].to_string(), threads);
+            let statistics =
+                [&stats["orders"], &stats["total"], &stats["rays"], &stats["connections"]].map(Value::to_string);
+            (without_time(&std::fs::read(folder.path().join("a.exr")).unwrap()), statistics)
+        };
+        assert!(run("1") == run("2"), "{method} depends on the number of threads");
+    }
+}
+
+#[test]
+fn lists_hold_every_name() {
+    let folder = folder_with(&[]);
+    let names = |kind: &str| -> Vec<String> {
+        let listed = succeed(folder.path(), &["list", kind]);
+        listed.lines().filter_map(|line| line.split_whitespace().next().map(str::to_owned)).collect()
+    };
+    assert_eq!(names("methods"), integrators::Methods::standard().names());
+    assert_eq!(names("scenes"), scenes::builtin_names());
+    assert_eq!(names("bsdfs"), sampling::bsdf::Bsdf::NAMES);
+    assert_eq!(names("samplers"), ["independent", "stratified"]);
+    assert!(names("experiments").contains(&"comparison".to_owned()));
+    let all = succeed(folder.path(), &["list"]);
+    assert!(["methods", "scenes", "cornell_box", "lambert", "bdpt"].iter().all(|word| all.contains(word)));
+}
+
+#[test]
+fn a_scene_is_described_in_words_and_in_json() {
+    let folder = folder_with(&[]);
+    let words = succeed(folder.path(), &["scene", "glass_caustic"]);
+    assert!(words.contains("delta lobes") && words.contains("skipped"), "{words}");
+    let described: Value =
+        serde_json::from_str(&succeed(folder.path(), &["scene", "glass_caustic", "--json"])).unwrap();
+    assert_eq!(described["needs"]["delta_lobes"], Value::Bool(true));
+    let misses = described["methods"].as_array().unwrap().iter().find(|m| m["method"] == "light").unwrap();
+    assert!(!misses["missing_light"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn images_are_compared_layer_by_layer() {
+    let folder = folder_with(&[("not.exr", "nothing")]);
+    let render = |file: &str, seed: &str, size: &str| {
+        let arguments = ["render", "cornell_box", "--max-order", "2", "--layers", "orders,variance", "--spp", "4"];
+        succeed(folder.path(), &[&arguments[..], &["--size", size, "--seed", seed, "-o", file]].concat());
+    };
+    render("a.exr", "1", "8x8");
+    render("b.exr", "2", "8x8");
+    render("c.exr", "1", "8x4");
+    let compare =
+        |b: &str| -> Value { serde_json::from_str(&succeed(folder.path(), &["diff", "a.exr", b, "--json"])).unwrap() };
+    let same = compare("a.exr");
+    let layers = same["layers"].as_array().unwrap();
+    assert_eq!(
+        layers.iter().map(|l| l["layer"].as_str().unwrap()).collect::<Vec<_>>(),
+        ["", "order00", "order01", "order02"]
+    );
+    assert!(layers.iter().all(|l| l["mse"] == 0.0 && l["bias"] == 0.0));
+    let other = &compare("b.exr")["layers"][2];
+    let (mse, noise) = (other["mse"].as_f64().unwrap(), other["noise"].as_f64().unwrap());
+    assert!(mse > 0.0 && mse < 20.0 * noise, "{other}");
+    assert!(succeed(folder.path(), &["diff", "a.exr", "b.exr"]).contains("order02"));
+    refused(folder.path(), &["diff", "a.exr", "c.exr"], &["8x8", "8x4"]);
+    refused(folder.path(), &["diff", "a.exr", "not.exr"], &["not.exr"]);
+    refused(folder.path(), &["diff", "a.exr", "gone.exr"], &["gone.exr"]);
+}
+
+#[test]
+fn an_experiment_leaves_records_images_a_manifest_and_a_report() {
+    let folder = folder_with(&[("tiny.toml", EXPERIMENT)]);
+    let said = succeed(folder.path(), &["run", "tiny.toml"]);
+    assert!(said.contains("no two methods differ") && said.contains("report.html"), "{said}");
+    let results = folder.path().join("results/tiny");
+
+    let records = std::fs::read_to_string(results.join("records.csv")).unwrap();
+    let header =
+        "experiment,scene,method,setting,sampler,order,spp,replicates,seconds,quantity,channel,value,ci_low,ci_high";
+    assert_eq!(records.lines().next(), Some(header));
+    assert!(records.lines().all(|line| line.split(',').count() == 14));
+    for quantity in
+        ["mean", "variance", "efficiency", "rays_closest", "checkpoint_variance", "agreement_detectable_bias"]
+    {
+        assert!(records.contains(&format!(",{quantity},")), "{quantity} is not in the records");
+    }
+    let manifest = json(&results, "manifest.json");
+    assert_eq!((manifest["complete"].as_bool(), manifest["experiment"]["spp"].as_u64()), (Some(true), Some(8)));
+    for file in manifest["files"].as_array().unwrap() {
+        assert!(results.join(file.as_str().unwrap()).is_file(), "{file} is missing");
+    }
+    let image = read_layers(&results.join("furnace/bdpt.exr")).unwrap();
+    assert!(image.layer("order02_var").is_some());
+    assert!(std::fs::read_to_string(results.join("report.html")).unwrap().contains("</html>"));
+    assert!(!files(&results).iter().any(|(name, _)| name.contains("partial") || name.contains("tmp")));
+}
+
+#[test]
+fn results_of_another_configuration_are_kept_unless_told_otherwise() {
+    let folder = folder_with(&[("tiny.toml", EXPERIMENT)]);
+    let run = ["run", "tiny.toml", "--out", "r", "--set", "convergence.checkpoints=[1]"];
+    succeed(folder.path(), &run);
+    std::fs::write(folder.path().join("r/notes.txt"), "mine").unwrap();
+    succeed(folder.path(), &run);
+    let other = [&run[..], &["--seed", "1", "--set", "methods=[{name=\"path\"}]"]].concat();
+    refused(folder.path(), &other, &["--fresh", "methods changed"]);
+    succeed(folder.path(), &[&other[..], &["--fresh"]].concat());
+    let left: Vec<String> = files(&folder.path().join("r")).into_iter().map(|(name, _)| name).collect();
+    assert!(left.contains(&"notes.txt".to_owned()) && left.contains(&"furnace/path.exr".to_owned()), "{left:?}");
+    assert!(!left.contains(&"furnace/bdpt.exr".to_owned()), "{left:?}");
+}

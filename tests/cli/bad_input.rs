@@ -1,0 +1,102 @@
+//! Every kind of bad input: one message with the place and the mend, and nothing half-written.
+
+use super::*;
+
+#[test]
+fn unknown_names_are_answered_with_the_nearest() {
+    let folder = folder_with(&[]);
+    let refused = |arguments: &[&str], words: &[&str]| refused(folder.path(), arguments, words);
+    refused(&["render", "cornel_box"], &["cornel_box", "did you mean `cornell_box`"]);
+    refused(&["render", "furnace", "-i", "bptd"], &["bptd", "did you mean `bdpt`"]);
+    refused(&["render", "furnace", "-i", "bdpt", "--set", "miss=power"], &["miss", "did you mean `mis`"]);
+    refused(&["render", "furnace", "-i", "bdpt", "--set", "mis=powr"], &["mis", "powr", "power"]);
+    refused(&["render", "furnace", "-i", "bdpt", "--set", "path.mis=power"], &["path.mis", "bdpt.mis"]);
+    refused(&["render", "furnace", "--sampler", "stratifed"], &["did you mean `stratified`"]);
+    refused(&["render", "furnace", "--layers", "order"], &["order", "orders"]);
+    refused(&["run", "comparsion"], &["did you mean `comparison`"]);
+    refused(&["scene", "furnce"], &["did you mean `furnace`"]);
+    refused(&["rendr", "furnace"], &["render"]);
+    refused(&["render", "furnace", "--sede", "3"], &["--seed"]);
+    refused(&["list", "method"], &["methods"]);
+}
+
+#[test]
+fn impossible_values_are_refused_with_the_mend() {
+    let folder = folder_with(&[]);
+    let refused = |arguments: &[&str], words: &[&str]| refused(folder.path(), arguments, words);
+    refused(&["render", "furnace", "--spp", "0"], &["--spp"]);
+    refused(&["render", "furnace", "--replicates", "0"], &["--replicates"]);
+    refused(&["render", "furnace", "--spp", "10"], &["4 replicates", "8 or 12 samples"]);
+    refused(&["render", "furnace", "--size", "0x8"], &["--size", "at least 1"]);
+    refused(&["render", "furnace", "--size", "8"], &["--size", "256x256"]);
+    refused(&["render", "furnace", "--threads", "0"], &["--threads"]);
+    refused(&["render", "furnace", "--seconds", "0"], &["seconds"]);
+    refused(&["render", "furnace", "--seconds", "nan"], &["seconds"]);
+    refused(&["render", "furnace", "--seconds", "1", "--spp", "4"], &["--spp", "--seconds"]);
+    refused(&["render", "furnace", "--orders", "2,9"], &["order 9", "--max-order"]);
+    refused(&["render", "furnace", "--orders", "x"], &["`x`"]);
+    refused(&["render", "furnace", "--size", "10000x10000", "--max-order", "5000"], &["memory", "--size"]);
+    refused(&["render", "furnace", "--set", "mis"], &["key=value"]);
+}
+
+#[test]
+fn faulty_scene_files_are_named_with_the_line() {
+    let unknown_key = ROOM.replace("albedo = 0.5", "albdo = 0.5");
+    let missing_mesh = format!("{ROOM}[[shapes]]\ntype = \"mesh\"\nfile = \"gone.obj\"\nmaterial = \"white\"\n");
+    let folder = folder_with(&[
+        ("key.toml", &unknown_key),
+        ("broken.toml", &ROOM.replace("width = 8", "width = = 8")),
+        ("mesh.toml", &missing_mesh),
+        ("broken.obj", "v 0 0 0\nv 1 0 zero\nv 0 1 0\nf 1 2 3\n"),
+        ("range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n"),
+        ("scene.txt", "not a scene"),
+        ("size.toml", &ROOM.replace("width = 8", "width = 0")),
+    ]);
+    let refused = |scene: &str, words: &[&str]| refused(folder.path(), &["render", scene], words);
+    refused("key.toml", &["key.toml:11", "albdo", "did you mean `albedo`"]);
+    refused("broken.toml", &["broken.toml:6"]);
+    refused("mesh.toml", &["mesh.toml:", "gone.obj"]);
+    refused("broken.obj", &["broken.obj:2"]);
+    refused("range.obj", &["range.obj:4"]);
+    refused("size.toml", &["size.toml:6"]);
+    refused("gone.toml", &["gone.toml"]);
+    refused("scene.txt", &["scene.txt"]);
+}
+
+#[test]
+fn faulty_experiment_files_are_named_with_the_line() {
+    let folder = folder_with(&[
+        ("key.toml", &EXPERIMENT.replace("spp", "spb")),
+        ("broken.toml", "scenes = [\"furnace\"\nspp"),
+        ("spp.toml", &EXPERIMENT.replace("spp = 8", "spp = 9")),
+        ("method.toml", &EXPERIMENT.replace("\"bdpt\"", "\"bpdt\"")),
+        ("scene.toml", &EXPERIMENT.replace("furnace", "furnce")),
+        ("zero.toml", &EXPERIMENT.replace("[8, 8]", "[0, 8]")),
+    ]);
+    let refused = |file: &str, words: &[&str]| refused(folder.path(), &["run", file], words);
+    refused("key.toml", &["key.toml:2", "did you mean `spp`"]);
+    refused("broken.toml", &["broken.toml:"]);
+    refused("spp.toml", &["spp.toml:2", "8 or 12 samples"]);
+    refused("method.toml", &["method.toml:", "did you mean `bdpt`"]);
+    refused("scene.toml", &["did you mean `furnace`"]);
+    refused("zero.toml", &["zero.toml:5"]);
+    refused("./gone.toml", &["gone.toml", "neumann list experiments"]);
+}
+
+#[test]
+fn outputs_that_cannot_be_written_are_refused_before_rendering() {
+    let folder = folder_with(&[("file", "")]);
+    std::fs::create_dir(folder.path().join("folder.exr")).unwrap();
+    // So many samples that the test would never end if rendering began.
+    let render = ["render", "cornell_box", "--spp", "4000000000"];
+    let refused = |rest: &[&str], words: &[&str]| refused(folder.path(), &[&render[..], rest].concat(), words);
+    refused(&["-o", "no/such/folder/a.exr"], &["no/such/folder/a.exr"]);
+    refused(&["-o", "folder.exr"], &["folder.exr", "folder"]);
+    refused(&["-o", "file/a.exr"], &["file/a.exr"]);
+    refused(&["-o", "a.png"], &["a.png", "a.exr"]);
+    refused(&["--stats", "no/s.json"], &["no/s.json"]);
+    refused(&["-o", "a.exr", "--stats", "a.exr"], &["same file"]);
+    let run = ["run", "comparison", "--spp", "4000000000", "--out"];
+    super::refused(folder.path(), &[&run[..], &["file"]].concat(), &["file"]);
+    super::refused(folder.path(), &[&run[..], &["."]].concat(), &["--out"]);
+}
