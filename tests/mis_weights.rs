@@ -9,6 +9,8 @@ use integrators::bdpt::Bdpt;
 use integrators::connect::{EmitterEnd, PathDensities};
 use integrators::method::Pixel;
 use integrators::scratch::Scratch;
+use integrators::roulette::LocalRoulette;
+use integrators::walk::WalkRules;
 use integrators::vertex::{PathVertex, Site, density_at};
 use integrators::{Contribution, Estimator, Orders, Request, Sink, Technique, Wants};
 use sampling::Vec3;
@@ -58,16 +60,19 @@ struct Whole<'a> {
     vertices: &'a [PathVertex],
     emitter: EmitterId,
     endpoint: Endpoint,
+    settings: &'a Bdpt,
+    rules: (WalkRules, WalkRules),
 }
 
 impl<'a> Whole<'a> {
-    fn new(scene: &'a Scene, vertices: &'a [PathVertex]) -> Self {
+    fn new(scene: &'a Scene, vertices: &'a [PathVertex], settings: &'a Bdpt) -> Self {
         let (emitter, endpoint) = match &vertices[0].site {
             Site::Emitter(emitter, endpoint) => (*emitter, *endpoint),
             Site::Surface(hit) => (hit.emitter.unwrap(), scene.endpoint_of(hit)),
             Site::Camera => panic!("a path starts at an emitter"),
         };
-        Self { scene, vertices, emitter, endpoint }
+        let rules = settings.rules(&Request::new(Orders::up_to(6), false), &scene.needs);
+        Self { scene, vertices, emitter, endpoint, settings, rules }
     }
 
     fn len(&self) -> usize {
@@ -94,7 +99,8 @@ impl<'a> Whole<'a> {
         let vertex = &self.vertices[i];
         let Site::Surface(hit) = &vertex.site else { panic!("vertex {i} scatters") };
         let (wo, wi) = (self.direction(i, from), self.direction(i, to));
-        if vertex.delta { delta_density(hit, wo, wi) } else { hit.pdf(wo, wi, mode) }
+        let pdf = if vertex.delta { delta_density(hit, wo, wi) } else { hit.pdf(wo, wi, mode) };
+        pdf * self.rules.0.survival(hit)
     }
 
     fn density(&self, i: usize, pdf: f32, from: usize) -> f64 {
@@ -160,9 +166,8 @@ impl<'a> Whole<'a> {
     }
 
     /// The weight that strategy `s` would have, if it is possible.
-    fn weight(&self, s: usize, settings: &Bdpt) -> Option<f64> {
-        let request = Request::new(Orders::up_to(6), false);
-        let rules = settings.rules(&request, &self.scene.needs);
+    fn weight(&self, s: usize) -> Option<f64> {
+        let (settings, rules) = (self.settings, &self.rules);
         let (light, camera) = self.divide(s);
         let mut densities = PathDensities { emitter_to_camera: settings.emitter_to_camera, ..PathDensities::default() };
         let end = EmitterEnd { emitter: self.emitter, endpoint: self.endpoint };
@@ -201,9 +206,9 @@ fn check(scene: &Scene, settings: &Bdpt, samples: u32) {
     let found = paths(scene, settings, samples);
     let mut per_length = vec![0; 16];
     for path in &found {
-        let whole = Whole::new(scene, &path.vertices);
+        let whole = Whole::new(scene, &path.vertices, settings);
         let Technique::Connect { s, .. } = path.technique else { panic!("bdpt connects") };
-        let weights: Vec<Option<f64>> = (0..whole.len()).map(|s| whole.weight(s, settings)).collect();
+        let weights: Vec<Option<f64>> = (0..whole.len()).map(|s| whole.weight(s)).collect();
         let sum: f64 = weights.iter().flatten().sum();
         let share = weights[s as usize].expect("the strategy that made a path can make it");
         let ok = (sum - 1.0).abs() < TOLERANCE && (share - path.weight).abs() < TOLERANCE;
@@ -218,8 +223,9 @@ fn weights_of_all_strategies_sum_to_one() {
     for name in ["cornell_box", "furnace", "integrating_sphere", "veach_mis", "glass_caustic", "indirect_lamp"] {
         for mis in [Heuristic::Balance, Heuristic::Power] {
             for emitter_to_camera in [false, true] {
-                let settings = Bdpt { mis, emitter_to_camera, ..Bdpt::default() };
-                check(&builtin(name, 8), &settings, 2);
+                for roulette in [LocalRoulette::None, LocalRoulette::Local] {
+                    check(&builtin(name, 8), &Bdpt { mis, roulette, emitter_to_camera }, 2);
+                }
             }
         }
     }

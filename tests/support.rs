@@ -2,9 +2,11 @@
 
 mod estimate;
 mod family;
+mod pairs;
 
 pub use estimate::Estimate;
-pub use family::{FALSE_ALARM_RATE, Family, POWER};
+pub use family::{Comparison, Family, POWER};
+pub use pairs::{COLUMNS, Entry, agree};
 
 use glam::DVec3;
 use integrators::{Integrator, Measurement, Methods, Orders, Render, RenderSettings};

@@ -5,7 +5,7 @@ use crate::config::{Experiment, MethodEntry, Source};
 use crate::error::Error;
 use crate::machine::require_memory;
 use crate::settings::{differences, table_to_json};
-use integrators::{Integrator, Methods, Orders, Render, RenderSettings};
+use integrators::{Integrator, Methods, Orders, Render, RenderSettings, Request};
 use scenes::{LoadOptions, Scene, Skip};
 
 /// What will be run.
@@ -74,7 +74,10 @@ impl Plan {
 
     fn check_support(&self) -> Result<(), Error> {
         for (scene, method) in self.scenes.iter().flat_map(|s| self.methods.iter().map(move |m| (s, m))) {
-            if let Some(reason) = method.method.unsupported(&scene.scene.needs) {
+            let settings = self.render_settings(&*method.method);
+            let request = Request::new(settings.orders, settings.tail);
+            let reason = method.method.unsupported(&scene.scene.facts);
+            if let Some(reason) = reason.or_else(|| method.method.unsupported_request(&request)) {
                 return Err(Error::usage(format!("{} cannot render {}: {reason}", method.label, scene.name)));
             }
         }
@@ -170,7 +173,7 @@ mod tests {
 
     #[test]
     fn a_method_is_asked_only_for_orders_that_it_carries() {
-        let plan = plan(&["tail=true"]).unwrap();
+        let plan = plan(&["tail=true", "bdpt.roulette=local"]).unwrap();
         let settings = |i: usize| plan.render_settings(&*plan.methods[i].method);
         assert_eq!((settings(0).orders.iter().count(), settings(0).tail), (2, false));
         assert_eq!((settings(1).orders.iter().count(), settings(1).tail), (9, true));
@@ -178,6 +181,7 @@ mod tests {
 
     #[test]
     fn impossible_plans_are_refused_with_a_mend() {
+        assert!(message(&["tail=true", "bdpt.roulette=none"]).contains("bdpt cannot render cornell_box"));
         assert!(message(&["spp=100"]).contains("96 or 104 samples"));
         assert!(message(&["bdpt.miss=\"power\""]).contains("did you mean `mis`"));
         assert!(message(&["max_ordr=3"]).contains("did you mean `max_order`"));

@@ -15,7 +15,8 @@
 //! | `slope` | of log `checkpoint_variance` against log samples |
 //! | `rays_closest`, `rays_shadow`, `camera_paths`, `light_paths`, `connections`, `bsdf_samples`, `invalid` | counts |
 //! | `seconds` | wall time of transport [s] |
-//! | `agreement_t`, `agreement_p`, `agreement_rejected`, `agreement_detectable_bias` | two methods compared, `A vs B` |
+//! | `agreement_t`, `agreement_p`, `agreement_detectable_bias` | two methods, `A vs B`, compared by their image means |
+//! | `agreement_blocks`, `agreement_rejected`, `agreement_smallest_p` | and by their blocks: tested, different, adjusted p |
 
 use crate::error::Error;
 use crate::export::write_atomically;
@@ -322,6 +323,7 @@ impl Table {
             for (quantity, value) in [
                 ("agreement_t", row.t),
                 ("agreement_p", row.p),
+                ("agreement_blocks", row.blocks as f64),
                 ("agreement_rejected", row.rejected as f64),
                 ("agreement_smallest_p", row.smallest_adjusted_p),
                 ("agreement_detectable_bias", row.detectable_bias),

@@ -119,7 +119,7 @@ impl Job {
             sampler: self.settings.sampler.to_string(),
             threads,
             skipped: self.scene.needs.skipped(),
-            missing_light: self.method.missing_light(&self.scene.needs),
+            missing_light: self.method.missing_light(&self.scene.facts),
         }
     }
 
@@ -135,8 +135,11 @@ impl Job {
             m.replicates,
             m.seconds()
         );
-        for missing in self.method.missing_light(&self.scene.needs) {
+        for missing in self.method.missing_light(&self.scene.facts) {
             text += &format!("  {} cannot carry here: {missing}\n", self.method.name());
+        }
+        for note in &self.scene.notes {
+            text += &format!("  note: {note}\n");
         }
         text
     }

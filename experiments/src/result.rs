@@ -122,7 +122,7 @@ pub struct AgreementRow {
     pub t: f64,
     /// Two-sided p-value of `t` (Welch), not corrected for the number of tests.
     pub p: f64,
-    /// Pixel blocks tested, times three channels.
+    /// Pixel blocks tested, in each of three channels: those with enough contributions to say anything.
     pub blocks: usize,
     /// Of these, how many differ at the false discovery rate.
     pub rejected: usize,

@@ -109,7 +109,7 @@ fn compare_methods(
         setting: planned.setting.clone(),
         measurement: render.finish(),
         convergence: Vec::new(),
-        missing_light: planned.method.missing_light(&scene.scene.needs),
+        missing_light: planned.method.missing_light(&scene.scene.facts),
         skipped: scene.scene.needs.skipped().into_iter().map(str::to_owned).collect(),
     });
     Ok(results.collect())

@@ -47,8 +47,8 @@ fn describe(scene: &Scene) -> Result<Report<'_>, Error> {
     let mut methods = Vec::new();
     for entry in registry.entries() {
         let method = registry.build(entry.name, &serde_json::Value::Null)?;
-        let unsupported = method.unsupported(&scene.needs);
-        methods.push(Support { method: entry.name, unsupported, missing_light: method.missing_light(&scene.needs) });
+        let unsupported = method.unsupported(&scene.facts);
+        methods.push(Support { method: entry.name, unsupported, missing_light: method.missing_light(&scene.facts) });
     }
     Ok(Report {
         scene: &scene.name,

@@ -39,7 +39,7 @@ pub struct Bdpt {
 
 impl Default for Bdpt {
     fn default() -> Self {
-        Self { mis: Heuristic::Power, roulette: LocalRoulette::None, emitter_to_camera: true }
+        Self { mis: Heuristic::Power, roulette: LocalRoulette::Local, emitter_to_camera: true }
     }
 }
 

@@ -78,7 +78,7 @@ impl<'a> Render<'a> {
             return Err(RenderError::NoSamples);
         }
         let request = Request::new(settings.orders.clone(), settings.tail);
-        let reason = method.unsupported(&scene.needs).or_else(|| method.unsupported_request(&request));
+        let reason = method.unsupported(&scene.facts).or_else(|| method.unsupported_request(&request));
         if let Some(reason) = reason {
             return Err(RenderError::Unsupported { method: method.name().to_owned(), reason });
         }

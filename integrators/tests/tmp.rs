@@ -3,5 +3,7 @@
 mod laws {
     pub mod support;
     pub mod pilot;
+    pub mod false_alarms;
+    pub mod agreement;
 }
 use laws::support;

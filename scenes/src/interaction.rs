@@ -86,7 +86,7 @@ impl Interaction {
         let local_i = sample.wi;
         sample.wi = self.frame.to_world(local_i);
         let factor = self.agreement(wo, sample.wi, local_o, local_i, mode)?;
-        sample.weight = sample.weight * factor;
+        sample.weight *= factor;
         Some(sample)
     }
 

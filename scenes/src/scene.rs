@@ -19,8 +19,10 @@ pub struct Scene {
     pub name: String,
     /// Its camera.
     pub camera: Camera,
-    /// What it asks of a method.
+    /// What it asks of a method; under [`Skip::Nothing`](crate::needs::Skip) more than it holds.
     pub needs: Needs,
+    /// What it holds, whatever is skipped: what methods are asked about.
+    pub facts: Needs,
     /// What emits light; an [`EmitterId`] is a place in this list.
     pub emitters: Vec<Emitter>,
     /// The emitter that rays meet which meet nothing else.

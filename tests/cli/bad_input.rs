@@ -53,7 +53,7 @@ fn faulty_scene_files_are_named_with_the_line() {
         ("size.toml", &ROOM.replace("width = 8", "width = 0")),
     ]);
     let refused = |scene: &str, words: &[&str]| refused(folder.path(), &["render", scene], words);
-    refused("key.toml", &["key.toml:11", "albdo", "did you mean `albedo`"]);
+    refused("key.toml", &["key.toml:10", "albdo", "did you mean `albedo`"]);
     refused("broken.toml", &["broken.toml:6"]);
     refused("mesh.toml", &["mesh.toml:", "gone.obj"]);
     refused("broken.obj", &["broken.obj:2"]);

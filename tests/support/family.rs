@@ -7,26 +7,38 @@
 //! `P(T < −t) ≈ Φ(−t) exp(γ t³ / 3)`,
 //!
 //! and less often on the other side. The p-value of every comparison carries this factor. With it, evidence −ln p ≈ t²/2 −
-//! γ t³/3 grows only up to t = 1/γ, where the expansion ends; what lies beyond counts as if it lay there. A comparison is
-//! *inconclusive* if even that would not be significant in its family, so that no difference at all could have failed: such
-//! comparisons are counted apart and are no passes. Roughly, γ must be below `(6 ln(1/level))^(−1/2)`, about 0.1. Since γ is at
-//! least the relative error, what rests on fewer than a hundred contributions is inconclusive.
+//! γ t³/3 grows only up to t = 1/γ, where the expansion ends; what lies beyond counts as if it lay there. (For few
+//! replicates, t is the normal score of Student's or Welch's. A sample's skewness tends to be less than that of what it was
+//! drawn from: half as much again is taken, which is what the law of false alarms needs for heavy tails.)
+//!
+//! A comparison is *inconclusive* if on one of the two sides even that would not be significant in its family, so that no
+//! difference at all, however large, could have failed there: such comparisons are counted apart and are no passes. Roughly,
+//! 1.5 γ must be below `(6 ln(1/level))^(−1/2)`, about 0.1. Since γ is at least the relative error, what rests on fewer than
+//! some two hundred contributions is inconclusive.
 
 use super::{Estimate, seed};
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-/// The probability with which a family of comparisons raises a false alarm, if all its null hypotheses hold: half of it is
-/// left to the image means, half to the blocks.
+/// The probability with which a family of comparisons raises a false alarm, if all its null hypotheses hold. A third of it is
+/// left to the image means, the blocks and what is compared beside them, each.
 pub const FALSE_ALARM_RATE: f64 = 1e-3;
 
 /// The probability with which a detectable bias is found.
 pub const POWER: f64 = 0.8;
 
+/// Normal scores beyond this count as this; their p-value is 10⁻²⁶⁸.
+const FAR: f64 = 35.0;
+
+/// What a sample's skewness is multiplied by for what it has not seen.
+const UNSEEN: f64 = 1.5;
+
 /// Comparisons that belong together: none may be significant after Šidák's correction for their number.
 pub struct Family {
     name: String,
+    rate: f64,
     images: Vec<Comparison>,
     blocks: Vec<Comparison>,
+    spare: Vec<Comparison>,
 }
 
 /// Two means that should be equal.
@@ -63,64 +75,73 @@ impl Comparison {
         if freedom.is_finite() { freedom } else { 1.0 }
     }
 
-    /// The skewness γ that makes the side that the difference lies on more likely: that of the smaller estimate towards
-    /// small values, and that of the larger towards large ones.
-    fn lean(&self) -> f64 {
-        let (low, high) = if self.a.mean < self.b.mean { (self.a, self.b) } else { (self.b, self.a) };
-        let share = |e: Estimate| (e.error / self.error()).powi(3);
+    /// The skewness γ that makes it more likely that one estimate is far below the other: that of the lower towards small
+    /// values, and that of the higher towards large ones.
+    fn lean(&self, low: Estimate, high: Estimate) -> f64 {
+        let share = |e: Estimate| if e.error == 0.0 { 0.0 } else { (e.error / self.error()).powi(3) };
         match low.lean() {
             lean if lean.is_infinite() => lean,
-            lean => lean.max(0.0) * share(low) + (-high.skewness).max(0.0) * share(high),
+            lean => UNSEEN * (lean.max(0.0) * share(low) + (-high.skewness).max(0.0) * share(high)),
         }
     }
 
-    /// The p-value that a difference of `t` standard errors has.
-    fn p_at(&self, t: f64) -> f64 {
-        if t == 0.0 {
-            return 1.0;
+    /// The skewness on the side that the difference lies on.
+    fn lean_here(&self) -> f64 {
+        if self.a.mean < self.b.mean { self.lean(self.a, self.b) } else { self.lean(self.b, self.a) }
+    }
+
+    /// The greater of the skewnesses on both sides.
+    fn lean_most(&self) -> f64 {
+        self.lean(self.a, self.b).max(self.lean(self.b, self.a))
+    }
+
+    /// The normal score of the difference: where it stands in a normal distribution if it is where it is in Student's.
+    fn z(&self) -> f64 {
+        let t = self.t();
+        if t == 0.0 || t.is_infinite() {
+            return t.clamp(-FAR, FAR);
         }
-        let lean = self.lean();
-        let t = t.abs().min(1.0 / lean);
-        (two_sided(t, self.freedom()) * (lean * t.powi(3) / 3.0).exp()).min(1.0)
+        let tail = StudentsT::new(0.0, 1.0, self.freedom()).unwrap().cdf(-t.abs());
+        Normal::standard().inverse_cdf(tail.max(1e-300)).abs().min(FAR).copysign(t)
     }
 
     /// The p-value.
     pub fn p(&self) -> f64 {
-        // Where nothing can arrive, and nothing negative can, a single contribution is an error.
-        if [self.a, self.b].iter().any(|e| e.is_exact() && e.mean == 0.0) {
+        if self.is_of_nothing() {
             return if self.a.mean == self.b.mean { 1.0 } else { 0.0 };
         }
-        self.p_at(self.t())
+        p_of(self.z(), self.lean_here())
     }
 
-    /// Whether some difference would be significant.
-    fn is_conclusive(&self, level: f64) -> bool {
-        self.p() < level || self.a.mean == self.b.mean || self.p_at(f64::INFINITY) < level
+    /// Whether nothing can arrive at all, so that a single contribution is an error: none is negative.
+    fn is_of_nothing(&self) -> bool {
+        [self.a, self.b].iter().any(|e| e.is_exact() && e.mean == 0.0)
     }
 
-    /// Relative difference that is significant with probability [`POWER`].
-    fn detectable(&self, level: f64) -> f64 {
-        let (mut low, mut high) = (0.0, f64::min(1.0 / self.lean(), 1e3));
-        for _ in 0..60 {
-            let middle = (low + high) / 2.0;
-            if self.p_at(middle) < level { high = middle } else { low = middle }
-        }
-        let power = Normal::standard().inverse_cdf(POWER);
-        (high + power) * self.error() / self.a.mean.abs().max(self.b.mean.abs())
+    /// Whether some difference to either side would be significant.
+    pub fn is_conclusive(&self, level: f64) -> bool {
+        self.is_of_nothing() || self.p() < level || p_of(FAR, self.lean_most()) < level
     }
 
-    /// The normal score of the difference, as Student's t has it.
-    fn z(&self) -> f64 {
-        let t = self.t();
-        if t == 0.0 {
+    /// Relative difference that is significant with probability [`POWER`], to either side.
+    pub fn detectable(&self, level: f64) -> f64 {
+        if self.error() == 0.0 {
             return 0.0;
         }
-        -Normal::standard().inverse_cdf((two_sided(t, self.freedom()) / 2.0).max(1e-300)) * t.signum()
+        let lean = self.lean_most();
+        let (mut low, mut high) = (0.0, FAR);
+        for _ in 0..60 {
+            let middle = (low + high) / 2.0;
+            if p_of(middle, lean) < level { high = middle } else { low = middle }
+        }
+        let student = StudentsT::new(0.0, 1.0, self.freedom()).unwrap();
+        let t = -student.inverse_cdf(Normal::standard().cdf(-high));
+        (t + Normal::standard().inverse_cdf(POWER)) * self.error() / self.a.mean.abs().max(self.b.mean.abs())
     }
 
     fn line(&self, level: f64) -> String {
         let Self { label, a, b } = self;
-        let (z, lean) = (self.z(), self.lean());
+        let (z, lean) = (self.z(), self.lean_most());
         let detectable = match self.is_conclusive(level) {
             true => format!("detectable {:.2} %", 100.0 * self.detectable(level)),
             false => "inconclusive".to_owned(),
@@ -136,15 +157,21 @@ impl Comparison {
     }
 }
 
-/// Two-sided p-value of Student's t.
-fn two_sided(t: f64, freedom: f64) -> f64 {
-    if t.is_infinite() { 0.0 } else { 2.0 * StudentsT::new(0.0, 1.0, freedom).unwrap().cdf(-t.abs()) }
+/// The p-value of a normal score on a side of this skewness.
+fn p_of(z: f64, lean: f64) -> f64 {
+    let z = z.abs().min(1.0 / lean).min(FAR);
+    (2.0 * Normal::standard().cdf(-z) * (lean * z.powi(3) / 3.0).exp()).min(1.0)
 }
 
 impl Family {
     /// An empty family.
     pub fn new(name: impl Into<String>) -> Self {
-        Self { name: name.into(), images: Vec::new(), blocks: Vec::new() }
+        Self::with_rate(name, FALSE_ALARM_RATE)
+    }
+
+    /// An empty family with another false-alarm rate.
+    pub fn with_rate(name: impl Into<String>, rate: f64) -> Self {
+        Self { name: name.into(), rate, images: Vec::new(), blocks: Vec::new(), spare: Vec::new() }
     }
 
     /// Compares two means over images (or of other things that must be conclusive).
@@ -152,26 +179,37 @@ impl Family {
         push(&mut self.images, Comparison::new(label, a, b));
     }
 
-    /// Compares two means over blocks of an image, which may be inconclusive.
+    /// Compares two means over blocks of an image; a share of them may be inconclusive.
     pub fn block(&mut self, label: impl Into<String>, a: Estimate, b: Estimate) {
         push(&mut self.blocks, Comparison::new(label, a, b));
+    }
+
+    /// Compares two means of which nothing is expected but that they do not differ significantly.
+    pub fn spare(&mut self, label: impl Into<String>, a: Estimate, b: Estimate) {
+        push(&mut self.spare, Comparison::new(label, a, b));
+    }
+
+    /// How many comparisons are significant.
+    pub fn significant(&self) -> usize {
+        let parts = [&self.images, &self.blocks, &self.spare];
+        parts.iter().map(|comparisons| Part::new(comparisons, self.rate).significant().len()).sum()
     }
 
     /// What does not hold, if anything: a comparison is significant, one of image means is inconclusive, less than the
     /// share `conclusive` of the blocks is conclusive, or nothing was compared.
     pub fn verdict(&self, conclusive: f64) -> Result<(), String> {
-        let (images, blocks) = (Part::new(&self.images), Part::new(&self.blocks));
-        println!("{}:\n  images: {images}\n  blocks: {blocks}", self.name);
+        let parts = [&self.images, &self.blocks, &self.spare].map(|comparisons| Part::new(comparisons, self.rate));
+        let [images, blocks, spare] = &parts;
+        println!("{}\n  images: {images}\n  blocks: {blocks}\n  spare: {spare}", self.name);
         self.images.iter().for_each(|c| println!("{}", c.line(images.level)));
         if self.images.is_empty() {
             return Err(format!("{}: nothing was compared", self.name));
         }
-        let significant = [&images, &blocks].map(|part| part.significant());
-        if significant.iter().any(|lines| !lines.is_empty()) {
-            let rate = FALSE_ALARM_RATE;
-            let count = significant.iter().map(Vec::len).sum::<usize>();
-            let lines = significant.map(|lines| lines[..lines.len().min(12)].concat()).concat();
-            return Err(format!("{}: {count} differ, at a false-alarm rate of {rate} (seed {}):{lines}", self.name, seed()));
+        let significant: Vec<String> = parts.iter().flat_map(Part::significant).collect();
+        if !significant.is_empty() {
+            let (count, worst) = (significant.len(), significant[..significant.len().min(24)].concat());
+            let Self { name, rate, .. } = self;
+            return Err(format!("{name}: {count} differ, at a false-alarm rate of {rate} (seed {}):{worst}", seed()));
         }
         let open: Vec<String> = images.inconclusive().map(|c| format!("\n{}", c.line(images.level))).collect();
         if !open.is_empty() {
@@ -200,7 +238,7 @@ fn push(comparisons: &mut Vec<Comparison>, c: Comparison) {
     }
 }
 
-/// The image means of a family, or the blocks.
+/// The image means of a family, the blocks, or the rest.
 struct Part<'a> {
     comparisons: &'a [Comparison],
     /// The p-value below which one comparison is significant.
@@ -208,8 +246,8 @@ struct Part<'a> {
 }
 
 impl<'a> Part<'a> {
-    fn new(comparisons: &'a [Comparison]) -> Self {
-        let level = 1.0 - (1.0 - FALSE_ALARM_RATE / 2.0).powf(1.0 / comparisons.len().max(1) as f64);
+    fn new(comparisons: &'a [Comparison], rate: f64) -> Self {
+        let level = 1.0 - (1.0 - rate / 3.0).powf(1.0 / comparisons.len().max(1) as f64);
         Self { comparisons, level }
     }
 

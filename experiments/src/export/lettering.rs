@@ -42,7 +42,8 @@ static ATLAS: LazyLock<Vec<Glyph>> = LazyLock::new(|| {
             let inked = |x: &usize| (0..CELL.1).any(|y| at(*x, y) > 0);
             let first = (0..CELL.0).find(inked).unwrap_or(0);
             let last = (0..CELL.0).rev().find(inked).unwrap_or(0);
-            let coverage = (0..CELL.1).flat_map(|y| (first..=last).map(move |x| (x, y))).map(|(x, y)| at(x, y)).collect();
+            let coverage =
+                (0..CELL.1).flat_map(|y| (first..=last).map(move |x| (x, y))).map(|(x, y)| at(x, y)).collect();
             Glyph { character, width: last + 1 - first, coverage }
         })
         .collect()

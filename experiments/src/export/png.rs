@@ -132,9 +132,16 @@ fn block_mean(measurement: &Measurement, layer: Option<usize>, xs: Range<usize>,
     sum.map(|s| s / count)
 }
 
-/// What a sheet shows of every measurement, in order: each of its layers, then their sum.
-fn columns(measurement: &Measurement) -> Vec<Option<Layer>> {
-    measurement.layers.iter().map(|&l| Some(l)).chain([None]).collect()
+/// What is shown of measurements side by side: every layer that any of them has, in rising order, then `None` for the sum.
+pub fn columns(measurements: &[&Measurement]) -> Vec<Option<Layer>> {
+    let mut layers: Vec<Layer> = measurements.iter().flat_map(|m| m.layers.iter().copied()).collect();
+    let rank = |layer: &Layer| match layer {
+        Layer::Order(k) => *k,
+        Layer::Tail => usize::MAX,
+    };
+    layers.sort_by_key(rank);
+    layers.dedup();
+    layers.into_iter().map(Some).chain([None]).collect()
 }
 
 /// One measurement: every order and the sum, under the title.
@@ -147,8 +154,9 @@ pub fn write_contact_sheet(path: &Path, measurement: &Measurement, title: &str) 
 
 /// The picture of [`write_contact_sheet`].
 pub fn contact_sheet(measurement: &Measurement, title: &str) -> Picture {
-    let columns = columns(measurement);
-    let tiles = columns.iter().map(|&column| Tile::new(measurement, column, column_exposure(&[measurement], column)));
+    let tiles = columns(&[measurement])
+        .into_iter()
+        .map(|column| Tile::new(measurement, column, column_exposure(&[measurement], column)));
     let tiles: Vec<Tile> = tiles.collect();
     let rows: Vec<Row> = tiles.chunks(TILES_IN_ROW).map(|tiles| Row { heading: None, tiles: tiles.to_vec() }).collect();
     sheet(title, &rows)
@@ -165,9 +173,10 @@ pub fn write_comparison_sheet(path: &Path, rows: &[(&str, &Measurement)], title:
 /// The picture of [`write_comparison_sheet`].
 pub fn comparison_sheet(rows: &[(&str, &Measurement)], title: &str) -> Picture {
     let measurements: Vec<&Measurement> = rows.iter().map(|r| r.1).collect();
+    let columns: Vec<_> = columns(&measurements).into_iter().map(|c| (c, column_exposure(&measurements, c))).collect();
     let rows = rows.iter().map(|&(heading, measurement)| {
-        let tile = |&column: &Option<Layer>| Tile::new(measurement, column, column_exposure(&measurements, column));
-        Row { heading: Some(heading.to_owned()), tiles: columns(measurement).iter().map(tile).collect() }
+        let tiles = columns.iter().map(|&(column, exposure)| Tile::new(measurement, column, exposure));
+        Row { heading: Some(heading.to_owned()), tiles: tiles.collect() }
     });
     sheet(title, &rows.collect::<Vec<_>>())
 }
@@ -196,11 +205,14 @@ struct Tile {
 }
 
 impl Tile {
+    /// A layer that the measurement lacks leaves its place empty.
     fn new(measurement: &Measurement, column: Option<Layer>, exposure: Option<Exposure>) -> Self {
+        let factor = MIN_TILE.div_ceil((measurement.width as usize).max(1));
+        let picture = match layer_index(measurement, column) {
+            Some(layer) => Picture::of(measurement, layer, exposure.unwrap_or_default(), 1),
+            None => Picture::filled(measurement.width as usize, measurement.height as usize, BACKGROUND),
+        };
         let note = exposure.map_or("no light".to_owned(), |e| e.to_string());
-        let layer = layer_index(measurement, column).flatten();
-        let picture = Picture::of(measurement, layer, exposure.unwrap_or_default(), 1);
-        let factor = MIN_TILE.div_ceil(picture.width.max(1));
         Self { label: symbol(column), note, picture: picture.enlarged(factor) }
     }
 }

@@ -3,8 +3,9 @@
 //! Text and lines take the page's colour (`currentColor`), so that the same file serves light and dark pages; a file on
 //! its own brings a style that follows the reader's preference.
 
+use super::pen::{colour, coordinates, line, mark, rounded};
 use super::scale::{LogScale, drawable, label};
-use crate::export::markup::Markup;
+use crate::export::markup::{Attributes, Markup};
 use crate::export::notation::{brief, listed};
 
 /// A series of points.
@@ -58,8 +59,6 @@ pub struct Chart {
     pub series: Vec<Series>,
 }
 
-/// Colours that stay apart for colour-blind readers and stand out from white as from black (after Okabe & Ito 2008).
-const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#a87400", "#808080", "#7a5fd0"];
 const HEIGHT: f64 = 280.0;
 const WIDTH: f64 = 430.0;
 const TOP: f64 = 46.0;
@@ -69,11 +68,6 @@ const LEFT: f64 = 50.0;
 const CHARACTER: f64 = 6.3;
 const LABEL_LINE: f64 = 14.0;
 const MAX_LABEL: usize = 24;
-
-/// The colour of a series.
-pub fn colour(index: usize) -> &'static str {
-    COLOURS[index % COLOURS.len()]
-}
 
 impl Chart {
     /// The chart as a file of its own.
@@ -108,7 +102,7 @@ impl Chart {
         let description = format!("{}. Vertical axis: {}.", self.title, self.vertical);
         let mut m = Markup::default();
         let view = format!("0 0 {WIDTH} {HEIGHT}");
-        let attributes: &[(&str, &dyn std::fmt::Display)] = &[
+        let attributes: Attributes = &[
             ("xmlns", &"http://www.w3.org/2000/svg"),
             ("class", &"neumann-plot"),
             ("role", &"img"),
@@ -128,7 +122,11 @@ impl Chart {
             m.line("text", &[("x", &8), ("y", &34), ("font-size", &11), ("opacity", &0.75)], &self.vertical);
             match Plot::of(self) {
                 Some(plot) => plot.draw(m),
-                None => m.line("text", &[("x", &8), ("y", &(HEIGHT / 2.0))], "There is nothing that a logarithmic axis could show."),
+                None => m.line(
+                    "text",
+                    &[("x", &8), ("y", &(HEIGHT / 2.0))],
+                    "There is nothing that a logarithmic axis could show.",
+                ),
             }
         });
         m
@@ -187,7 +185,7 @@ impl<'a> Plot<'a> {
             let opacity = if tick.labelled { 0.22 } else { 0.08 };
             line(m, (LEFT, y), (self.right, y), opacity);
             if tick.labelled {
-                let at: &[(&str, &dyn std::fmt::Display)] =
+                let at: Attributes =
                     &[("x", &(LEFT - 7.0)), ("y", &(y + 4.0)), ("text-anchor", &"end"), ("font-size", &11)];
                 m.line("text", at, label(tick.value));
             }
@@ -201,7 +199,7 @@ impl<'a> Plot<'a> {
             let x = rounded(x);
             line(m, (x, bottom), (x, bottom + if text.is_some() { 5.0 } else { 3.0 }), 0.6);
             if let Some(text) = text {
-                let at: &[(&str, &dyn std::fmt::Display)] =
+                let at: Attributes =
                     &[("x", &x), ("y", &(bottom + 17.0)), ("text-anchor", &"middle"), ("font-size", &11)];
                 m.line("text", at, text);
             }
@@ -221,8 +219,13 @@ impl<'a> Plot<'a> {
                     tick(self.x(t.value), text.as_deref());
                 }
                 let middle = rounded((LEFT + self.right) / 2.0);
-                let at: &[(&str, &dyn std::fmt::Display)] =
-                    &[("x", &middle), ("y", &(HEIGHT - 6.0)), ("text-anchor", &"middle"), ("font-size", &11), ("opacity", &0.75)];
+                let at: Attributes = &[
+                    ("x", &middle),
+                    ("y", &(HEIGHT - 6.0)),
+                    ("text-anchor", &"middle"),
+                    ("font-size", &11),
+                    ("opacity", &0.75),
+                ];
                 m.line("text", at, name);
             }
         }
@@ -246,7 +249,10 @@ impl<'a> Plot<'a> {
             }
             if series.fit.is_none() {
                 let points = coordinates(run.iter().map(place));
-                m.leaf("polyline", &[("points", &points), ("fill", &"none"), ("stroke", &colour), ("stroke-width", &1.6)]);
+                m.leaf(
+                    "polyline",
+                    &[("points", &points), ("fill", &"none"), ("stroke", &colour), ("stroke-width", &1.6)],
+                );
             }
             for p in run {
                 mark(m, series.colour, place(p));
@@ -265,7 +271,7 @@ impl<'a> Plot<'a> {
             return;
         }
         let [a, b] = [first, last].map(|x| (rounded(self.x(x)), rounded(self.y(value(x)))));
-        let ends: &[(&str, &dyn std::fmt::Display)] = &[
+        let ends: Attributes = &[
             ("x1", &a.0),
             ("y1", &a.1),
             ("x2", &b.0),
@@ -286,7 +292,10 @@ impl<'a> Plot<'a> {
             let (x, y) = (rounded(self.right + 6.0), rounded(y));
             let start = rounded(self.x(point.x) + 4.0);
             let leader = coordinates([(start, rounded(from)), (x, y)].into_iter());
-            m.leaf("polyline", &[("points", &leader), ("fill", &"none"), ("stroke", &"currentColor"), ("opacity", &0.25)]);
+            m.leaf(
+                "polyline",
+                &[("points", &leader), ("fill", &"none"), ("stroke", &"currentColor"), ("opacity", &0.25)],
+            );
             mark(m, series.colour, (x + 5.0, y));
             m.line("text", &[("x", &(x + 12.0)), ("y", &(y + 4.0))], shortened(&series.label));
         }
@@ -307,42 +316,6 @@ fn spread(wanted: &[f64], distance: f64, low: f64, high: f64) -> Vec<f64> {
         most = *y - distance;
     }
     places
-}
-
-/// The mark of a series: circle, square, triangle, diamond, in its colour.
-fn mark(m: &mut Markup, index: usize, (x, y): (f64, f64)) {
-    let colour = colour(index);
-    let path = match index % 4 {
-        0 => {
-            m.leaf("circle", &[("cx", &x), ("cy", &y), ("r", &3.2), ("fill", &colour)]);
-            return;
-        }
-        1 => format!("M{} {}h5.6v5.6h-5.6z", rounded(x - 2.8), rounded(y - 2.8)),
-        2 => format!("M{} {}l3.6 6.2h-7.2z", x, rounded(y - 4.0)),
-        _ => format!("M{} {}l4 4l-4 4l-4 -4z", x, rounded(y - 4.0)),
-    };
-    m.leaf("path", &[("d", &path), ("fill", &colour)]);
-}
-
-fn line(m: &mut Markup, from: (f64, f64), to: (f64, f64), opacity: f64) {
-    let ends: &[(&str, &dyn std::fmt::Display)] = &[
-        ("x1", &from.0),
-        ("y1", &from.1),
-        ("x2", &to.0),
-        ("y2", &to.1),
-        ("stroke", &"currentColor"),
-        ("opacity", &opacity),
-    ];
-    m.leaf("line", ends);
-}
-
-fn coordinates(places: impl Iterator<Item = (f64, f64)>) -> String {
-    places.map(|(x, y)| format!("{x},{y}")).collect::<Vec<_>>().join(" ")
-}
-
-/// A tenth of a unit is finer than any screen, and keeps files small.
-fn rounded(x: f64) -> f64 {
-    (x * 10.0).round() / 10.0
 }
 
 fn finite_or(value: f64, otherwise: f64) -> f64 {

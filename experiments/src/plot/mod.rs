@@ -7,6 +7,7 @@
 //! would have to be corrected in each of these, and the leanest one takes longer to build than the rest of this program.
 
 pub mod chart;
+mod pen;
 pub mod scale;
 
 use crate::export::notation::symbol;
@@ -23,16 +24,21 @@ pub struct Figure {
     pub chart: Chart,
 }
 
-/// The charts of one scene, order by order: variance of one sample, and efficiency.
+/// The charts of one scene, order by order: variance of one sample, and efficiency, of the methods that carry all of its light.
 pub fn by_order(scene: &str, methods: &[&MethodResult], numbers: &Numbers) -> Vec<Figure> {
     let joined = numbers.columns.iter().filter(|c| matches!(c, Some(Layer::Order(_)))).count();
     let chart = |name: &str, title: &str, vertical: &str, value: fn(&Row) -> Option<f64>| {
         let series = methods.iter().zip(&numbers.rows).enumerate().map(|(colour, (method, rows))| {
             let point = |(x, row): (usize, &Option<Row>)| {
-                let y = row.as_ref().and_then(value).unwrap_or(0.0);
+                let y = row.as_ref().filter(|row| row.complete).and_then(value).unwrap_or(0.0);
                 Point { x: x as f64, y, interval: None }
             };
-            Series { label: method.label.clone(), colour, points: rows.iter().enumerate().map(point).collect(), fit: None }
+            Series {
+                label: method.label.clone(),
+                colour,
+                points: rows.iter().enumerate().map(point).collect(),
+                fit: None,
+            }
         });
         Figure {
             file: format!("{scene}_{name}"),
@@ -45,8 +51,12 @@ pub fn by_order(scene: &str, methods: &[&MethodResult], numbers: &Numbers) -> Ve
         }
     };
     vec![
-        chart("variance", "Variance by order", "variance of one sample, image mean", |row| row.variance.filter(|_| !row.exact)),
-        chart("efficiency", "Efficiency by order", "1 / (variance of a replicate × its seconds) [1/s]", |row| row.efficiency),
+        chart("variance", "Variance by order", "variance of one sample, image mean", |row| {
+            row.variance.filter(|_| !row.exact)
+        }),
+        chart("efficiency", "Efficiency by order", "1 / (variance of a replicate × its seconds) [1/s]", |row| {
+            row.efficiency
+        }),
     ]
 }
 
@@ -57,7 +67,8 @@ pub fn convergence(scene: &str, methods: &[&MethodResult], slopes: &[SlopeRow], 
     columns
         .map(|column| {
             let series = methods.iter().enumerate().map(|(colour, method)| {
-                let fit = slopes.iter().find(|s| s.scene == method.scene && s.label == method.label && s.order == column);
+                let fit =
+                    slopes.iter().find(|s| s.scene == method.scene && s.label == method.label && s.order == column);
                 Series {
                     label: fit.map_or_else(|| method.label.clone(), |fit| format!("{} {}", method.label, slope(fit))),
                     colour,

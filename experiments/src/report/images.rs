@@ -65,7 +65,13 @@ fn image(m: &mut Markup, picture: Option<&Picture>, alternative: &str) {
     let source = format!("data:image/png;base64,{}", base64(&bytes));
     m.leaf(
         "img",
-        &[("src", &source), ("alt", &alternative), ("width", &picture.width), ("height", &picture.height), ("loading", &"lazy")],
+        &[
+            ("src", &source),
+            ("alt", &alternative),
+            ("width", &picture.width),
+            ("height", &picture.height),
+            ("loading", &"lazy"),
+        ],
     );
 }
 

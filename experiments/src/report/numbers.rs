@@ -1,6 +1,7 @@
 //! The numbers that plots, tables and sentences share, and how numbers are written.
 
 use crate::export::notation::superscript;
+use crate::export::png::columns;
 use crate::result::MethodResult;
 use integrators::{Layer, Measurement};
 
@@ -47,7 +48,8 @@ pub struct Numbers {
 impl Numbers {
     /// The numbers of one scene's methods.
     pub fn of(methods: &[&MethodResult]) -> Self {
-        let columns = columns(methods);
+        let measurements: Vec<&Measurement> = methods.iter().map(|m| &m.measurement).collect();
+        let columns = columns(&measurements);
         let row = |m: &&MethodResult| columns.iter().map(|&c| row(&m.measurement, c)).collect();
         let mut rows: Vec<Vec<Option<Row>>> = methods.iter().map(row).collect();
         for column in 0..columns.len() {
@@ -66,21 +68,6 @@ impl Numbers {
         ranking.sort_by(|a, b| b.1.total_cmp(&a.1));
         ranking
     }
-}
-
-/// Every layer that any of the methods was asked for, in rising order, then `None` for the sum.
-fn columns(methods: &[&MethodResult]) -> Vec<Option<Layer>> {
-    let mut layers: Vec<Layer> = Vec::new();
-    for &layer in methods.iter().flat_map(|m| &m.measurement.layers) {
-        if !layers.contains(&layer) {
-            layers.push(layer);
-        }
-    }
-    layers.sort_by_key(|layer| match layer {
-        Layer::Order(k) => *k,
-        Layer::Tail => usize::MAX,
-    });
-    layers.into_iter().map(Some).chain([None]).collect()
 }
 
 fn row(measurement: &Measurement, column: Option<Layer>) -> Option<Row> {

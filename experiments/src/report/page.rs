@@ -48,7 +48,8 @@ fn head(m: &mut Markup, result: &ExperimentResult, title: &str, scenes: &[SceneR
         }
         m.line("p", &[("class", &"facts")], facts(result));
         if !result.manifest.complete {
-            let text = "This experiment was interrupted: the numbers below are those of the replicates that were finished.";
+            let text =
+                "This experiment was interrupted: the numbers below are those of the replicates that were finished.";
             m.line("p", &[("class", &"warning")], text);
         }
         m.element("nav", &[("aria-label", &"Contents")], |m| {
@@ -94,11 +95,17 @@ fn scene_section(m: &mut Markup, result: &ExperimentResult, scene: &SceneReport,
         sentences(m, &summary::of_scene(result, &scene.methods, &scene.numbers));
 
         m.line("h3", &[], "Pictures");
-        m.element("div", &[("class", &"scroll"), ("role", &"region"), ("tabindex", &0), ("aria-label", &"Pictures")], |m| {
-            images::table(m, &scene.methods, columns, shrink);
-        });
+        m.element(
+            "div",
+            &[("class", &"scroll"), ("role", &"region"), ("tabindex", &0), ("aria-label", &"Pictures")],
+            |m| {
+                images::table(m, &scene.methods, columns, shrink);
+            },
+        );
         if shrink > 1 {
-            let text = format!("Shown at 1/{shrink} of their size; plots/ has them whole, and the EXR files hold all their values.");
+            let text = format!(
+                "Shown at 1/{shrink} of their size; plots/ has them whole, and the EXR files hold all their values."
+            );
             m.line("p", &[("class", &"note")], text);
         }
 
@@ -143,7 +150,11 @@ fn figures(m: &mut Markup, class: &'static str, figures: &[Figure]) {
                 m.append(&figure.chart.inline());
                 let left_out = figure.chart.left_out();
                 if !left_out.is_empty() {
-                    m.line("figcaption", &[], format!("No variance, or no light: {}.", left_out.join("; ")));
+                    m.line(
+                        "figcaption",
+                        &[],
+                        format!("Not drawn, having no variance or not all of the light: {}.", left_out.join("; ")),
+                    );
                 }
             });
         }

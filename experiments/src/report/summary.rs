@@ -55,7 +55,9 @@ fn invalid(methods: &[&MethodResult]) -> Vec<Sentence> {
     let counts = methods.iter().map(|m| (&m.label, m.measurement.invalid.iter().sum::<u64>()));
     let sentence = |(label, count): (&String, u64)| {
         let label = brief(label);
-        warning(format!("{label} met {count} non-finite samples, which are left out of every sum: its means are biased."))
+        warning(format!(
+            "{label} met {count} non-finite samples, which are left out of every sum: its means are biased."
+        ))
     };
     counts.filter(|(_, count)| *count > 0).map(sentence).collect()
 }
@@ -91,7 +93,8 @@ fn efficiency(methods: &[&MethodResult], numbers: &Numbers) -> Vec<String> {
             (least, most) => format!("{least} to {most}"),
         };
         let orders = listed(&columns, name);
-        sentences.push(format!("{} has the highest efficiency at {orders}, {by} times that of the next best.", label(best)));
+        sentences
+            .push(format!("{} has the highest efficiency at {orders}, {by} times that of the next best.", label(best)));
     }
     if !level.is_empty() {
         let orders = listed(&level, name);
@@ -110,7 +113,8 @@ fn efficiency(methods: &[&MethodResult], numbers: &Numbers) -> Vec<String> {
 }
 
 fn overall(ranking: &[(usize, f64)], lead: f64, label: impl Fn(usize) -> String) -> String {
-    let others = ranking[1..].iter().map(|&(i, e)| format!("{} times as much as {}", factor(ranking[0].1 / e), label(i)));
+    let others =
+        ranking[1..].iter().map(|&(i, e)| format!("{} times as much as {}", factor(ranking[0].1 / e), label(i)));
     let others = enumerated(others.collect());
     if lead < AHEAD {
         let (first, second) = (label(ranking[0].0), label(ranking[1].0));
@@ -131,7 +135,12 @@ fn agreement(rows: &[&AgreementRow]) -> Vec<Sentence> {
         let named = differ.iter().take(MAX_NAMED);
         let named = named.map(|r| {
             let (a, b, order) = (brief(&r.a), brief(&r.b), symbol(Some(r.order)));
-            format!("{a} and {b} at {order} (in {} of {} blocks, the image mean by {:.1} standard errors)", r.rejected, r.blocks, r.t.abs())
+            let by = if r.rejected > 0 {
+                format!("{} of {} blocks", r.rejected, r.blocks)
+            } else {
+                format!("t = {:.1}", r.t)
+            };
+            format!("{a} and {b} at {order} ({})", by.replace('-', "−"))
         });
         let more = if differ.len() > MAX_NAMED { ", and more" } else { "" };
         let named = named.collect::<Vec<_>>().join(", ");
@@ -148,7 +157,11 @@ fn agreement(rows: &[&AgreementRow]) -> Vec<Sentence> {
         let low = largest(&mut with(Verdict::Agree).filter(|r| matches!(r.order, Layer::Order(0..=4))));
         let all = largest(&mut with(Verdict::Agree));
         let power = if all > 0.0 {
-            format!(" A bias of {} up to T⁴E, and of {} at any order, would have been found nine times out of ten.", percent(low), percent(all))
+            format!(
+                " A bias of {} up to T⁴E, and of {} at any order, would have been found nine times out of ten.",
+                percent(low),
+                percent(all)
+            )
         } else {
             String::new()
         };
@@ -156,7 +169,9 @@ fn agreement(rows: &[&AgreementRow]) -> Vec<Sentence> {
     }
     let apart = with(Verdict::Incomparable).count();
     if apart > 0 {
-        sentences.push(plain(format!("{apart} comparisons say nothing, because one of the two methods can't carry all of the light.")));
+        sentences.push(plain(format!(
+            "{apart} comparisons say nothing, because one of the two methods can't carry all of the light."
+        )));
     }
     sentences
 }
@@ -204,7 +219,9 @@ mod tests {
         let (same, other) = (row(Verdict::Agree, 1), row(Verdict::Differ, 2));
         let sentences = agreement(&[&same, &other]);
         assert_eq!(sentences[0].tone, Tone::Warning);
-        assert!(sentences[0].text.contains("1 of 2") && sentences[0].text.contains("path and bdpt at T²E (in 1 of 1 blocks, the image mean by 7.0"));
+        assert!(
+            sentences[0].text.contains("1 of 2") && sentences[0].text.contains("path and bdpt at T²E (1 of 1 blocks)")
+        );
         let sentences = agreement(&[&same]);
         assert!(sentences[0].tone == Tone::Plain && sentences[0].text.contains("0.20 %"), "{}", sentences[0].text);
     }

@@ -19,7 +19,11 @@ pub struct Quantity {
 pub const QUANTITIES: [Quantity; 3] = [
     Quantity { caption: "Image mean ± standard error across replicates [W/(m²·sr)]", cell: mean, ranked: false },
     Quantity { caption: "Variance of one sample, image mean", cell: variance, ranked: false },
-    Quantity { caption: "Efficiency [1/s]: 1 / (variance of a replicate × its seconds, all orders together)", cell: efficiency, ranked: true },
+    Quantity {
+        caption: "Efficiency [1/s]: 1 / (variance of a replicate × its seconds, all orders together)",
+        cell: efficiency,
+        ranked: true,
+    },
 ];
 
 fn mean(m: &mut Markup, row: &Row) {
@@ -130,8 +134,17 @@ fn verdict_cell(m: &mut Markup, row: Option<&AgreementRow>) {
 /// Every comparison with all its numbers.
 pub fn agreement_in_full(m: &mut Markup, rows: &[&AgreementRow]) {
     let caption = "Every comparison. p is not corrected for their number; blocks are counted per channel, rejected at the false discovery rate";
-    let heads =
-        ["order", "mean of first", "of second", "t", "p", "blocks rejected", "smallest adjusted p", "detectable bias", "verdict"];
+    let heads = [
+        "order",
+        "mean of first",
+        "of second",
+        "t",
+        "p",
+        "blocks rejected",
+        "smallest adjusted p",
+        "detectable bias",
+        "verdict",
+    ];
     scrolling(m, "Every comparison", |m| {
         m.line("caption", &[], caption);
         head(m, "methods", "", heads.iter());

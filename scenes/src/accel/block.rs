@@ -34,11 +34,11 @@ pub(super) struct Block {
 
 /// The lanes of a block that a line may meet.
 #[derive(Clone, Copy)]
-pub(super) struct Candidates {
+struct Candidates {
     /// Lanes whose edge functions are of one sign or zero.
-    pub inside: u32,
+    inside: u32,
     /// Lanes with an edge function that is zero.
-    pub on_edge: u32,
+    on_edge: u32,
 }
 
 impl Block {
@@ -102,10 +102,30 @@ impl Block {
         (point, uv)
     }
 
-    /// The lanes whose triangle the query's line meets, unless all of its pair lies behind the origin or beyond `t_max`.
-    /// `Z` is the query's dominant axis.
+    /// Calls `visit` with the lane and the parameter of each triangle that the query's line meets before `t_max` (about),
+    /// until it returns true; and returns whether it did. `Z` is the query's dominant axis.
     #[inline(always)]
-    pub fn candidates<const Z: usize>(&self, query: &Query, t_max: f32) -> Candidates {
+    pub fn for_each_meeting<const Z: usize>(
+        &self,
+        query: &Query,
+        t_max: f32,
+        mut visit: impl FnMut(u32, f64) -> bool,
+    ) -> bool {
+        let Candidates { mut inside, on_edge } = self.candidates::<Z>(query, t_max);
+        while inside != 0 {
+            let lane = inside.trailing_zeros();
+            inside &= inside - 1;
+            let sure = on_edge >> lane & 1 == 0 || self.is_inside_exactly::<Z>(lane as usize, query);
+            if sure && visit(lane, self.parameter::<Z>(lane as usize, query)) {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// The lanes whose triangle the query's line meets, unless all of its pair lies behind the origin or beyond `t_max`.
+    #[inline(always)]
+    fn candidates<const Z: usize>(&self, query: &Query, t_max: f32) -> Candidates {
         let [ox, oy, oz] = query.origin4;
         let [sx, sy] = query.shear4;
         let z = self.axes[Z].map(|z| Vec4::from_array(z) - oz);
@@ -136,7 +156,7 @@ impl Block {
     /// What is zero even so counts as inside, for both neighbours; a triangle seen edge-on is not met.
     #[cold]
     #[inline(never)]
-    pub fn is_inside_exactly<const Z: usize>(&self, lane: usize, query: &Query) -> bool {
+    fn is_inside_exactly<const Z: usize>(&self, lane: usize, query: &Query) -> bool {
         let [ox, oy, oz] = query.origin4.map(|o| o.x);
         let [sx, sy] = query.shear4.map(|s| s.x);
         let sheared = self.corners(lane).map(|p| {
@@ -154,7 +174,7 @@ impl Block {
     /// Where the query's line meets the plane of a lane's triangle, in `f64`, so that the sign is right however close
     /// the origin is to the plane. Kept within the depths of the corners, for triangles seen nearly edge-on.
     #[inline(always)]
-    pub fn parameter<const Z: usize>(&self, lane: usize, query: &Query) -> f64 {
+    fn parameter<const Z: usize>(&self, lane: usize, query: &Query) -> f64 {
         let [a, b, c] = self.corners(lane).map(|v| v.as_dvec3() - query.origin);
         let normal = (b - a).cross(c - a);
         let t = a.dot(normal) / query.direction.dot(normal);

@@ -133,7 +133,7 @@ impl Accel {
         let query = Query::new::<Z>(ray);
         let t_max = f64::from(ray.t_max);
         if self.nodes.is_empty() {
-            return self.blocks.iter().any(|block| Self::meets_block::<Z>(block, &query, t_max))
+            return self.blocks.iter().any(|block| meets_block::<Z>(block, &query, t_max))
                 || self.meets_spheres(&query, t_max);
         }
         self.search_any::<Z>(ray, &query, t_max)
@@ -142,33 +142,10 @@ impl Accel {
     #[inline(always)]
     fn offer_block<const Z: usize>(&self, index: u32, query: &Query, best: &mut Best) {
         let block = &self.blocks[index as usize];
-        let candidates = block.candidates::<Z>(query, best.t as f32);
-        let mut lanes = candidates.inside;
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros();
-            lanes &= lanes - 1;
-            if candidates.on_edge >> lane & 1 == 0 || block.is_inside_exactly::<Z>(lane as usize, query) {
-                let t = block.parameter::<Z>(lane as usize, query);
-                best.offer(t, index * LANES as u32 + lane, block.id(lane as usize));
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn meets_block<const Z: usize>(block: &Block, query: &Query, t_max: f64) -> bool {
-        let candidates = block.candidates::<Z>(query, t_max as f32);
-        let mut lanes = candidates.inside;
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros();
-            lanes &= lanes - 1;
-            if candidates.on_edge >> lane & 1 == 0 || block.is_inside_exactly::<Z>(lane as usize, query) {
-                let t = block.parameter::<Z>(lane as usize, query);
-                if t > 0.0 && t < t_max {
-                    return true;
-                }
-            }
-        }
-        false
+        block.for_each_meeting::<Z>(query, best.t as f32, |lane, t| {
+            best.offer(t, index * LANES as u32 + lane, block.id(lane as usize));
+            false
+        });
     }
 
     #[inline]
@@ -197,15 +174,7 @@ impl Accel {
             return false;
         }
         let inverse_length2 = query.direction.length_squared().recip();
-        self.spheres.iter().any(|sphere| Self::meets_sphere(sphere, query, inverse_length2, t_max))
-    }
-
-    #[inline]
-    fn meets_sphere(sphere: &Sphere, query: &Query, inverse_length2: f64, t_max: f64) -> bool {
-        let within = |t: f64| t > 0.0 && t < t_max;
-        sphere
-            .intersect(query.origin, query.direction, inverse_length2)
-            .is_some_and(|(t_in, t_out)| within(t_in) || within(t_out))
+        self.spheres.iter().any(|sphere| meets_sphere(sphere, query, inverse_length2, t_max))
     }
 
     /// Works out the point of the nearest hit, once per ray.
@@ -224,6 +193,19 @@ impl Accel {
         let (p, b) = block.point(lane, query);
         Some(Hit::Triangle { t, id: best.id, p, b })
     }
+}
+
+#[inline(always)]
+fn meets_block<const Z: usize>(block: &Block, query: &Query, t_max: f64) -> bool {
+    block.for_each_meeting::<Z>(query, t_max as f32, |_, t| t > 0.0 && t < t_max)
+}
+
+#[inline]
+fn meets_sphere(sphere: &Sphere, query: &Query, inverse_length2: f64, t_max: f64) -> bool {
+    let within = |t: f64| t > 0.0 && t < t_max;
+    sphere
+        .intersect(query.origin, query.direction, inverse_length2)
+        .is_some_and(|(t_in, t_out)| within(t_in) || within(t_out))
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::query::Query;
 use super::tree::{Child, LEAF, Node, WIDTH};
-use super::{Accel, Best, SPHERE};
+use super::{Accel, Best, SPHERE, meets_block, meets_sphere};
 use crate::ray::{Ray, UNIT_ROUNDOFF};
 use glam::{Vec3, Vec4};
 
@@ -122,9 +122,9 @@ impl Accel {
             if child & LEAF != 0 {
                 let met = if child & SPHERE != 0 {
                     let sphere = &self.spheres[(child & !(LEAF | SPHERE)) as usize];
-                    Self::meets_sphere(sphere, query, inverse_length2, t_max)
+                    meets_sphere(sphere, query, inverse_length2, t_max)
                 } else {
-                    Self::meets_block::<Z>(&self.blocks[(child & !LEAF) as usize], query, t_max)
+                    meets_block::<Z>(&self.blocks[(child & !LEAF) as usize], query, t_max)
                 };
                 if met {
                     return true;

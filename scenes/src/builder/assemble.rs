@@ -39,12 +39,13 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
         builder.notes.push(format!("{} triangles without area were left out", parts.degenerate));
     }
     let hash = hash(&parts.content(environment, &camera));
-    let needs = parts.needs(skip);
+    let (needs, facts) = (parts.needs(skip), parts.needs(Skip::Unneeded));
     let accel = Accel::build(&parts.triangles, parts.spheres, camera.position(), skip);
     Ok(Scene {
         name: builder.name,
         camera,
         needs,
+        facts,
         choice: EmitterChoice::new(&parts.emitters, skip),
         emitters: parts.emitters,
         environment,

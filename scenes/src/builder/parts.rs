@@ -133,7 +133,7 @@ impl Parts {
                 (self.emitting_mesh(range.clone()), area, mean)
             }
         };
-        if !(area > 0.0) {
+        if area.is_nan() || area <= 0.0 {
             return Err(SceneError::invalid(
                 format!("{name} emits but has no area"),
                 "give it at least one triangle with an area",

@@ -20,14 +20,44 @@ fn what_is_wrong_is_told() {
         builder
     };
     refused(SceneBuilder::new("no camera"), "camera");
-    refused(with(&|b, m| drop(b.sphere(DVec3::ZERO, -1.0, m))), "radius");
-    refused(with(&|b, m| drop(b.sphere(DVec3::NAN, 1.0, m))), "finite");
-    refused(with(&|b, m| drop(b.quad(DVec3::ZERO, DVec3::X, DVec3::X, m))), "no area");
-    refused(with(&|b, _| drop(b.sphere(DVec3::ZERO, 1.0, MaterialId(7)))), "material 7");
+    refused(
+        with(&|b, m| {
+            b.sphere(DVec3::ZERO, -1.0, m);
+        }),
+        "radius",
+    );
+    refused(
+        with(&|b, m| {
+            b.sphere(DVec3::NAN, 1.0, m);
+        }),
+        "finite",
+    );
+    refused(
+        with(&|b, m| {
+            b.quad(DVec3::ZERO, DVec3::X, DVec3::X, m);
+        }),
+        "no area",
+    );
+    refused(
+        with(&|b, _| {
+            b.sphere(DVec3::ZERO, 1.0, MaterialId(7));
+        }),
+        "material 7",
+    );
     refused(with(&|b, _| b.environment(Spectrum::splat(-1.0))), "environment");
     refused(with(&|b, _| b.point_emitter(DVec3::ZERO, Spectrum::splat(f32::NAN))), "point emitter");
-    refused(with(&|b, _| drop(b.material(Lambert { albedo: Spectrum::splat(1.5) }))), "albedo");
-    refused(with(&|b, m| drop(b.sphere(DVec3::ZERO, 1e18, m))), "unit");
+    refused(
+        with(&|b, _| {
+            b.material(Lambert { albedo: Spectrum::splat(1.5) });
+        }),
+        "albedo",
+    );
+    refused(
+        with(&|b, m| {
+            b.sphere(DVec3::ZERO, 1e18, m);
+        }),
+        "unit",
+    );
     refused(
         with(&|b, m| {
             let shape = b.sphere(DVec3::ZERO, 1.0, m);
@@ -73,9 +103,15 @@ fn the_hash_knows_what_an_image_depends_on() {
     assert_eq!(plain, scene(&|_, _| {}));
     assert_eq!(plain, scene(&|b, _| b.note("only a note".into())));
     let others = [
-        scene(&|b, m| drop(b.sphere(DVec3::ZERO, 0.5, m))),
-        scene(&|b, m| drop(b.sphere(DVec3::ZERO, 0.500_001, m))),
-        scene(&|b, _| drop(b.material(Mirror { reflectance: Spectrum::ONE }))),
+        scene(&|b, m| {
+            b.sphere(DVec3::ZERO, 0.5, m);
+        }),
+        scene(&|b, m| {
+            b.sphere(DVec3::ZERO, 0.500_001, m);
+        }),
+        scene(&|b, _| {
+            b.material(Mirror { reflectance: Spectrum::ONE });
+        }),
         scene(&|b, _| b.environment(Spectrum::ONE)),
         scene(&|b, _| b.flip(ShapeId(0))),
         scene(&|b, _| b.emit(ShapeId(0), Emission { radiance: 1.0.into(), two_sided: false })),

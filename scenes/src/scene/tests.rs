@@ -3,8 +3,8 @@ use crate::builder::{Emission, MeshData};
 use crate::needs::Skip;
 use crate::test_support::{Random, add_room, built, bumpy_ball, grey_builder};
 use glam::{DAffine3, dvec3};
-use sampling::{vec2, vec3};
 use sampling::warp::cosine_hemisphere;
+use sampling::{vec2, vec3};
 
 /// A room with a ball in it, at a scale and a place.
 fn room_and_ball(scale: f64, place: DVec3) -> Scene {
@@ -77,7 +77,9 @@ fn points_of_convex_surfaces_see_one_another_at_every_scale() {
                     continue; // In one plane: neither sees the other.
                 }
                 assert!(!scene.occluded(&a.segment_to(&b)), "{kind} at scale {scale}: {a:?} {b:?}");
-                // Past the surface there is something in the way.
+                if a.ng.dot(b.ng) > 0.5 {
+                    continue; // The straight way past the surface might leave it at once.
+                }
                 let beyond = SurfacePoint::free(b.p - b.ng * (0.01 * scale) as f32);
                 assert!(scene.occluded(&a.segment_to(&beyond)), "{kind} at scale {scale}: {a:?} {b:?}");
             }
@@ -90,7 +92,9 @@ fn a_ball_does_not_shade_itself() {
     for (radius, distance) in [(1.0, 0.0), (1e-3, 1.0), (1e6, 0.0), (1e-6, 1e-3)] {
         let (mut builder, grey) = grey_builder("ball");
         builder.sphere(dvec3(distance, 0.0, 0.0), radius, grey);
-        builder.sphere(dvec3(-distance, 0.0, 0.0), radius * 1e-3, grey);
+        if distance > 0.0 {
+            builder.sphere(dvec3(-distance, 0.0, 0.0), radius * 1e-3, grey);
+        }
         let scene = built(builder, Skip::Unneeded);
         let center = (dvec3(distance, 0.0, 0.0) - scene.origin).as_vec3();
         let mut random = Random::new(3);

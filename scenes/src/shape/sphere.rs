@@ -4,7 +4,7 @@ use super::AreaSample;
 use crate::ray::{SurfacePoint, UNIT_ROUNDOFF};
 use glam::DVec3;
 use sampling::math::Frame;
-use sampling::{Vec2, Vec3, warp};
+use sampling::{Vec2, Vec3, vec3, warp};
 use std::f32::consts::PI;
 
 /// A sphere; its front is outside unless it is flipped.
@@ -81,14 +81,17 @@ impl Sphere {
     pub fn sample_cone(&self, p_ref: Vec3, u: Vec2) -> Option<ConeSample> {
         let cone = self.cone(p_ref)?;
         let local = warp::uniform_cone(u, cone.versine);
-        let axis = (self.center - p_ref) / cone.distance;
-        let wi = Frame::from_z(axis).to_world(local);
-        // The near one of the two points in that direction: half a chord before the one nearest to the centre.
-        let off_axis2 = cone.distance * cone.distance * (local.x * local.x + local.y * local.y);
-        let half_chord = (self.radius * self.radius - off_axis2).max(0.0).sqrt();
-        let along = cone.distance * local.z - half_chord;
-        let outwards = (p_ref + wi * along - self.center).normalize();
-        let at = self.point_towards(outwards);
+        let axis = (self.center - p_ref).as_dvec3().normalize().as_vec3();
+        let frame = Frame::from_z(axis);
+        // The normal of the near one of the two points in that direction, from angles alone: its place minus the centre
+        // would lose all digits of a small sphere far away. sinγ = (d/r) sinθ is the angle at which the point is seen.
+        let ratio = cone.distance / self.radius;
+        let sin2 = local.x * local.x + local.y * local.y;
+        let cos_seen = (1.0 - ratio * ratio * sin2).max(0.0).sqrt();
+        let lateral = ratio * local.z - cos_seen;
+        let along = cos_seen * local.z + ratio * sin2;
+        let outwards = frame.to_world(vec3(local.x * lateral, local.y * lateral, -along));
+        let (at, wi) = (self.point_towards(outwards), frame.to_world(local));
         Some(ConeSample { at, wi, distance: at.p.distance(p_ref), pdf: cone.pdf() })
     }
 

@@ -1,0 +1,49 @@
+//! The strokes that charts are made of: colours, marks, lines.
+
+use crate::export::markup::{Attributes, Markup};
+
+/// Colours that stay apart for colour-blind readers and stand out from white as from black (after Okabe & Ito 2008).
+const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#a87400", "#808080", "#7a5fd0"];
+
+/// The colour of a series.
+pub fn colour(index: usize) -> &'static str {
+    COLOURS[index % COLOURS.len()]
+}
+
+/// The mark of a series: circle, square, triangle, diamond, in its colour.
+pub fn mark(m: &mut Markup, index: usize, (x, y): (f64, f64)) {
+    let colour = colour(index);
+    let path = match index % 4 {
+        0 => {
+            m.leaf("circle", &[("cx", &x), ("cy", &y), ("r", &3.2), ("fill", &colour)]);
+            return;
+        }
+        1 => format!("M{} {}h5.6v5.6h-5.6z", rounded(x - 2.8), rounded(y - 2.8)),
+        2 => format!("M{} {}l3.6 6.2h-7.2z", x, rounded(y - 4.0)),
+        _ => format!("M{} {}l4 4l-4 4l-4 -4z", x, rounded(y - 4.0)),
+    };
+    m.leaf("path", &[("d", &path), ("fill", &colour)]);
+}
+
+/// A thin line in the page's colour.
+pub fn line(m: &mut Markup, from: (f64, f64), to: (f64, f64), opacity: f64) {
+    let ends: Attributes = &[
+        ("x1", &from.0),
+        ("y1", &from.1),
+        ("x2", &to.0),
+        ("y2", &to.1),
+        ("stroke", &"currentColor"),
+        ("opacity", &opacity),
+    ];
+    m.leaf("line", ends);
+}
+
+/// Places as the `points` of a polyline.
+pub fn coordinates(places: impl Iterator<Item = (f64, f64)>) -> String {
+    places.map(|(x, y)| format!("{x},{y}")).collect::<Vec<_>>().join(" ")
+}
+
+/// A tenth of a unit is finer than any screen, and keeps files small.
+pub fn rounded(x: f64) -> f64 {
+    (x * 10.0).round() / 10.0
+}

@@ -1,0 +1,109 @@
+//! Agreement of methods: every pair of them in a scene, order by order, on the image and on blocks of it.
+
+use super::{Budget, Family, Rendered, measure, method_with};
+use sampling::bsdf::{BsdfModel, Lobes};
+use sampling::sampler::SamplerKind;
+use sampling::{Vec2, vec2};
+use scenes::Scene;
+use serde_json::{Value, json};
+use std::ops::RangeInclusive;
+
+/// Blocks in a row of an image.
+pub const COLUMNS: usize = 4;
+
+/// A method that takes part.
+pub struct Entry {
+    label: &'static str,
+    name: &'static str,
+    settings: Value,
+    samples: u32,
+    decides: RangeInclusive<usize>,
+}
+
+impl Entry {
+    /// A method of the list with its default settings and so many stratified samples per pixel in each of 64 replicates.
+    pub fn new(name: &'static str, samples: u32) -> Self {
+        Self { label: name, name, settings: json!({}), samples, decides: 0..=usize::MAX }
+    }
+
+    /// The same with settings of its own, and what to call it then.
+    pub fn with(self, label: &'static str, settings: Value) -> Self {
+        Self { label, settings, ..self }
+    }
+
+    /// The same without roulette, if it plays any: roulette triples the noise of high orders, and has a test of its own.
+    pub fn without_roulette(self) -> Self {
+        match self.name {
+            "path" | "light" => Self { settings: json!({"roulette": "none"}), ..self },
+            _ => self,
+        }
+    }
+
+    /// The same, expected to decide something about the image means of these orders alone. The others are too noisy for an
+    /// everyday test: what they give must not differ significantly, but may be inconclusive.
+    pub fn decides(self, orders: RangeInclusive<usize>) -> Self {
+        Self { decides: orders, ..self }
+    }
+}
+
+/// Fails unless all entries agree, on the paths that both of a pair carry, and at least the share `conclusive` of the
+/// comparisons of blocks decides something.
+pub fn agree(title: &str, scene: &Scene, max_order: usize, entries: &[Entry], conclusive: f64) {
+    let rendered: Vec<(&Entry, RangeInclusive<usize>, Rendered)> = entries
+        .iter()
+        .map(|entry| {
+            let method = method_with(entry.name, entry.settings.clone());
+            let budget = Budget { sampler: SamplerKind::Stratified, ..Budget::samples(entry.samples) };
+            let rendered = measure(scene, method.as_ref(), entry.label, budget.up_to(max_order));
+            (entry, method.orders(max_order), rendered)
+        })
+        .collect();
+    let mut family = Family::new(title);
+    for (i, (a, orders_a, rendered_a)) in rendered.iter().enumerate() {
+        for (b, orders_b, rendered_b) in &rendered[..i] {
+            let pixels = pixels_of_both(scene, a, b);
+            let blocks = blocks_of(rendered_a, &pixels);
+            for order in 0..=*orders_a.end().min(orders_b.end()) {
+                let label = format!("{} and {} order {order}", a.label, b.label);
+                let decides = [a, b].iter().all(|entry| entry.decides.contains(&order));
+                let pair = |pixels: &[usize]| [rendered_a, rendered_b].map(|r| r.over(order, pixels));
+                let [of_a, of_b] = pair(&pixels);
+                if decides { family.image(&label, of_a, of_b) } else { family.spare(&label, of_a, of_b) }
+                for (block, pixels) in blocks.iter().enumerate() {
+                    let [of_a, of_b] = pair(pixels);
+                    let label = format!("{label} block {block}");
+                    if decides { family.block(label, of_a, of_b) } else { family.spare(label, of_a, of_b) }
+                }
+            }
+        }
+    }
+    family.finish(conclusive);
+}
+
+/// The blocks of an image, without the pixels that are not among `pixels`.
+fn blocks_of(rendered: &Rendered, pixels: &[usize]) -> Vec<Vec<usize>> {
+    let mut blocks = rendered.blocks(COLUMNS);
+    blocks.iter_mut().for_each(|block| block.retain(|p| pixels.contains(p)));
+    blocks.retain(|block| !block.is_empty());
+    blocks
+}
+
+/// The pixels whose light both methods carry. With a pinhole, light tracing loses the paths whose last scattering is by a
+/// delta lobe: it is compared where every camera ray first meets a surface without one.
+fn pixels_of_both(scene: &Scene, a: &Entry, b: &Entry) -> Vec<usize> {
+    let (width, height) = (scene.camera.width(), scene.camera.height());
+    let pixels = 0..(width * height) as usize;
+    if !scene.facts.delta_lobes || [a, b].iter().all(|entry| entry.name != "light") {
+        return pixels.collect();
+    }
+    const RAYS: usize = 32;
+    let meets_delta = |pixel: usize| {
+        (0..RAYS * RAYS).any(|i| {
+            let within = vec2((i % RAYS) as f32, (i / RAYS) as f32) / (RAYS as f32 - 0.5);
+            let corner = vec2((pixel % width as usize) as f32, (pixel / width as usize) as f32);
+            let hit = scene.intersect(&scene.camera.sample_we(corner + within, Vec2::ZERO).ray);
+            hit.is_some_and(|hit| hit.bsdf.lobes().intersects(Lobes::DELTA))
+        })
+    };
+    pixels.filter(|&pixel| !meets_delta(pixel)).collect()
+}
