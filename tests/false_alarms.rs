@@ -7,7 +7,7 @@ use crate::support::{Budget, Comparison, Estimate, Family, POWER, builtin, measu
 use sampling::rng::{Stream, mix2};
 
 /// Replicates of an estimate.
-const REPLICATES: usize = 64;
+const REPLICATES: usize = 256;
 
 /// Uniform, normal, exponential numbers in f64.
 struct Chance(Stream);
@@ -109,7 +109,10 @@ fn p_values_are_not_too_small_however_rare_and_uneven_contributions_are() {
             );
             for (i, level) in levels.into_iter().enumerate() {
                 let (most, counts) = (most(trials, level), [truth[i], pair[i]]);
-                assert!(counts.iter().all(|&n| n <= most), "{size:?}, {contributions}, level {level}: {counts:?} of {most}");
+                assert!(
+                    counts.iter().all(|&n| n <= most),
+                    "{size:?}, {contributions}, level {level}: {counts:?} of {most}"
+                );
             }
         }
     }
@@ -121,7 +124,8 @@ fn families_of_a_scene_fail_as_often_as_they_say() {
     let scene = builtin("cornell_box", 4);
     let failing = (0..100).filter(|&seed| {
         let budget = Budget::samples(4).up_to(4);
-        let [path, light] = ["path", "light"].map(|name| measure_seeded(&scene, method(name).as_ref(), name, budget, seed));
+        let [path, light] =
+            ["path", "light"].map(|name| measure_seeded(&scene, method(name).as_ref(), name, budget, seed));
         let mut family = Family::with_rate(format!("seed {seed}"), 0.1);
         for order in 0..=4 {
             family.spare(format!("order {order}"), path.image(order), light.image(order));
@@ -150,8 +154,8 @@ fn a_detectable_bias_is_found() {
                 found += usize::from(Comparison::new("", biased, b).p() < level);
             }
             println!("{size:?}, side {side}: {found} of {trials} detectable biases found");
-            let expected = trials as f64 * POWER;
-            assert!(found as f64 > expected - 5.0 * (expected * (1.0 - POWER)).sqrt(), "{size:?}: {found} of {trials}");
+            // The skewness that a sample happens to have moves the power by a few percent.
+            assert!(found as f64 > trials as f64 * (POWER - 0.1), "{size:?}: {found} of {trials}");
         }
     }
 }

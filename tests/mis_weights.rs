@@ -8,10 +8,10 @@ use crate::support::builtin;
 use integrators::bdpt::Bdpt;
 use integrators::connect::{EmitterEnd, PathDensities};
 use integrators::method::Pixel;
-use integrators::scratch::Scratch;
 use integrators::roulette::LocalRoulette;
-use integrators::walk::WalkRules;
+use integrators::scratch::Scratch;
 use integrators::vertex::{PathVertex, Site, density_at};
+use integrators::walk::WalkRules;
 use integrators::{Contribution, Estimator, Orders, Request, Sink, Technique, Wants};
 use sampling::Vec3;
 use sampling::bsdf::{Bsdf, TransportMode, fresnel_dielectric};
@@ -212,7 +212,11 @@ fn check(scene: &Scene, settings: &Bdpt, samples: u32) {
         let sum: f64 = weights.iter().flatten().sum();
         let share = weights[s as usize].expect("the strategy that made a path can make it");
         let ok = (sum - 1.0).abs() < TOLERANCE && (share - path.weight).abs() < TOLERANCE;
-        assert!(ok, "{}, {:?}, {settings:?}: weight {}, by strategy {weights:?}, sum {sum}", scene.name, path.technique, path.weight);
+        assert!(
+            ok,
+            "{}, {:?}, {settings:?}: weight {}, by strategy {weights:?}, sum {sum}",
+            scene.name, path.technique, path.weight
+        );
         per_length[whole.len()] += 1;
     }
     assert!(per_length[3..7].iter().all(|&n| n > 0), "{}: paths by length {per_length:?}", scene.name);

@@ -3,10 +3,14 @@
 mod estimate;
 mod family;
 mod pairs;
+mod room;
+mod truth;
 
 pub use estimate::Estimate;
 pub use family::{Comparison, Family, POWER};
-pub use pairs::{COLUMNS, Entry, agree};
+pub use pairs::{COLUMNS, Entry, agree, pixels_without_delta};
+pub use room::{block, room};
+pub use truth::{GAUSS, Truth};
 
 use glam::DVec3;
 use integrators::{Integrator, Measurement, Methods, Orders, Render, RenderSettings};
@@ -38,6 +42,11 @@ pub fn method(name: &str) -> Box<dyn Integrator> {
 /// A method of the list.
 pub fn method_with(name: &str, settings: Value) -> Box<dyn Integrator> {
     Methods::standard().build(name, &settings).unwrap()
+}
+
+/// A method of the list without roulette, which makes high orders rare.
+pub fn plain(name: &str) -> Box<dyn Integrator> {
+    method_with(name, if name == "direct" { json!({}) } else { json!({"roulette": "none"}) })
 }
 
 /// A built-in scene at a small size.
@@ -82,9 +91,12 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// Orders 0 to 8 without tail in 64 replicates of so many independent samples per pixel.
+    /// Orders 0 to 8 without tail, with 64 times so many independent samples per pixel. They are divided among many
+    /// replicates, because the law of comparisons needs to know the replicates' skewness.
     pub fn samples(samples: u32) -> Self {
-        Self { max_order: 8, samples, replicates: 64, tail: false, sampler: SamplerKind::Independent }
+        let replicates = 256;
+        let samples = (samples * 64).div_ceil(replicates);
+        Self { max_order: 8, samples, replicates, tail: false, sampler: SamplerKind::Independent }
     }
 
     /// The same up to another order.
@@ -108,6 +120,16 @@ impl Rendered {
         let replicates = self.grey.chunks(all * layers).map(|replicate| {
             let image = &replicate[layer * all..(layer + 1) * all];
             pixels.iter().map(|&p| image[p]).sum::<f64>() / pixels.len() as f64
+        });
+        Estimate::of(&replicates.collect::<Vec<_>>())
+    }
+
+    /// The mean over some pixels of the sum of all layers.
+    pub fn total(&self, pixels: &[usize]) -> Estimate {
+        let all = self.measurement.pixels();
+        let replicates = self.grey.chunks(all * self.measurement.layers.len()).map(|replicate| {
+            let sum = |p: &usize| replicate.iter().skip(*p).step_by(all).sum::<f64>();
+            pixels.iter().map(sum).sum::<f64>() / pixels.len() as f64
         });
         Estimate::of(&replicates.collect::<Vec<_>>())
     }
@@ -146,7 +168,7 @@ pub fn measure_seeded(scene: &Scene, method: &dyn Integrator, instance: &str, bu
         instance: instance.to_owned(),
         role: Role::Estimate,
     };
-    let layers = budget.max_order + 1 + budget.tail as usize;
+    let layers = method.orders(budget.max_order).count() + budget.tail as usize;
     let pixels = scene.camera.width() as usize * scene.camera.height() as usize;
     let mut render = Render::new(scene, method, settings).unwrap();
     let mut values = Vec::with_capacity(budget.replicates as usize * layers * pixels);

@@ -50,7 +50,7 @@ impl Budget {
     /// would make the number of samples depend on their values.
     ///
     /// # Errors
-    /// If the method cannot render the scene.
+    /// If the method cannot render the scene, or the user asked for an end, when nothing is complete yet.
     pub fn samples_per_replicate(
         &self,
         scene: &Scene,
@@ -67,8 +67,8 @@ impl Budget {
             let settings = RenderSettings { samples_per_replicate: samples, role: Role::Pilot, ..settings.clone() };
             let mut pilot = Render::new(scene, method, settings)?;
             pilot.run_replicate(&|_| {});
-            if stop.signal().is_some() {
-                return Ok(1);
+            if let Some(signal) = stop.signal() {
+                return Err(Error::Interrupted(signal));
             }
             if pilot.seconds() >= PILOT_PART * seconds || samples >= 1 << 20 {
                 let fitting = seconds / f64::from(self.replicates) * f64::from(samples) / pilot.seconds();

@@ -116,6 +116,9 @@ pub struct RenderArgs {
     /// Independent images that share the samples: two or more give variances.
     #[arg(long, value_name = "R", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
     pub replicates: u32,
+    /// How a pixel weights its samples: `box`, all alike.
+    #[arg(long, value_name = "NAME", default_value = "box")]
+    pub filter: String,
     /// Where random numbers come from (see `neumann list samplers`).
     #[arg(long, value_name = "NAME", default_value = "independent")]
     pub sampler: String,
@@ -196,7 +199,10 @@ pub fn main() -> ExitCode {
         Ok(status) => ExitCode::from(status.code()),
         Err(error) => {
             report(&error);
-            ExitCode::from(BAD_INPUT)
+            match error {
+                Error::Interrupted(signal) => ExitCode::from(Status::Interrupted(signal).code()),
+                _ => ExitCode::from(BAD_INPUT),
+            }
         }
     }
 }

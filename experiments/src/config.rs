@@ -28,7 +28,7 @@ pub struct Experiment {
     /// Samples per pixel over all replicates; this or `seconds`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spp: Option<u32>,
-    /// Wall time for each method in each scene [s]; this or `spp`.
+    /// Wall time for each method in each scene \[s\]; this or `spp`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seconds: Option<f64>,
     /// Independent images.
@@ -166,7 +166,7 @@ impl Source {
         Error::File { file, line, message }
     }
 
-    /// A scene of the experiment as [`scenes::load`] takes it: paths are relative to the experiment's file.
+    /// A scene of the experiment as [`scenes::load()`] takes it: paths are relative to the experiment's file.
     pub fn scene(&self, name_or_path: &str) -> String {
         let is_path = name_or_path.contains('/') || Path::new(name_or_path).extension().is_some();
         match self.path.as_deref().and_then(Path::parent) {

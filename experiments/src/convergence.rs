@@ -15,7 +15,7 @@ const ROUNDING: f64 = 1e-6;
 ///
 /// Replicate `r` adds `(r − 1)/r · (x_r − x̄_{r−1})²`, with `x̄_{r−1}` the mean of those before it: the square of a *recursive
 /// residual* [Brown, Durbin & Evans 1975, (2)]. These are uncorrelated between replicates, each has the variance as its
-/// expectation, and the mean of the R − 1 of them is exactly the sample variance [Welford62]. So they are what a bootstrap of
+/// expectation, and the mean of the R − 1 of them is exactly the sample variance \[Welford62\]. So they are what a bootstrap of
 /// the variance can draw from, and no image but the mean has to be kept.
 pub struct Deviations {
     pixels: usize,
@@ -40,13 +40,13 @@ impl Deviations {
         let mut sums = vec![0.0; self.layers + 1];
         for pixel in 0..self.pixels {
             let mut total = [0.0; 3];
-            for layer in 0..self.layers {
+            for (layer, sum) in sums[..self.layers].iter_mut().enumerate() {
                 let value = image(layer, pixel);
                 let at = (pixel * self.layers + layer) * 3;
                 for (c, mean) in self.mean[at..at + 3].iter_mut().enumerate() {
                     let deviation = value[c] - *mean;
                     *mean += deviation / r;
-                    sums[layer] += deviation * deviation;
+                    *sum += deviation * deviation;
                     total[c] += deviation;
                 }
             }
@@ -169,7 +169,7 @@ fn bootstrap_stream(salt: u64) -> Stream {
 
 fn resampled_mean(values: &[f64], stream: &mut Stream) -> f64 {
     let n = values.len() as u64;
-    let draw = |stream: &mut Stream| values[(u64::from(stream.next_u32()) * n >> 32) as usize];
+    let draw = |stream: &mut Stream| values[((u64::from(stream.next_u32()) * n) >> 32) as usize];
     (0..n).map(|_| draw(stream)).sum::<f64>() / n as f64
 }
 

@@ -42,6 +42,9 @@ pub enum Error {
     /// A render that cannot start.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// The user asked for an end by this signal before anything was complete.
+    #[error("stopped before the first replicate; nothing was written")]
+    Interrupted(i32),
     /// An image that cannot be written or read.
     #[error(transparent)]
     Export(#[from] ExportError),

@@ -17,12 +17,12 @@ pub fn machine(threads: usize) -> Machine {
     }
 }
 
-/// The most memory that the process has held so far [bytes]; `None` where the system doesn't tell.
+/// The most memory that the process has held so far \[bytes\]; `None` where the system doesn't tell.
 pub fn peak_memory() -> Option<u64> {
     kilobytes("/proc/self/status", "VmHWM")
 }
 
-/// Refuses work whose film needs more memory [bytes] than is free.
+/// Refuses work whose film needs more memory \[bytes\] than is free.
 ///
 /// # Errors
 /// A sentence with both numbers.

@@ -30,13 +30,11 @@ pub struct Distances {
     pub non_finite: u64,
 }
 
+/// The pixels of an image.
+pub type Pixels<'a> = &'a [[f32; 3]];
+
 /// Compares two images of the same size. `variances` are those of their pixels, in the same order.
-pub fn distances(
-    layer: &str,
-    x: &[[f32; 3]],
-    reference: &[[f32; 3]],
-    variances: Option<(&[[f32; 3]], &[[f32; 3]])>,
-) -> Distances {
+pub fn distances(layer: &str, x: Pixels, reference: Pixels, variances: Option<(Pixels, Pixels)>) -> Distances {
     let mut sums = Sums::default();
     for (x, reference) in x.iter().zip(reference) {
         if !x.iter().chain(reference).all(|v| v.is_finite()) {
@@ -87,7 +85,7 @@ impl Sums {
     }
 }
 
-fn average(image: &[[f32; 3]]) -> f64 {
+fn average(image: Pixels) -> f64 {
     let values = image.as_flattened();
     values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len() as f64
 }

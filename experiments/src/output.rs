@@ -16,6 +16,9 @@ pub fn check_file(path: &Path) -> Result<(), Error> {
     if path.is_dir() || path.file_name().is_none() {
         return Err(failed(io::Error::other("it is a folder, not a file")));
     }
+    if path.exists() && !path.is_file() {
+        return Err(failed(io::Error::other("it is no regular file, and would be replaced by one")));
+    }
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     probe(folder).map_err(failed)
 }
@@ -48,6 +51,10 @@ impl Folder {
         let created = path.ancestors().filter(|p| !p.as_os_str().is_empty() && !p.exists()).last().map(Path::to_owned);
         let staging = path.join(format!(".neumann-{}.partial", std::process::id()));
         let folder = Self { path: path.to_owned(), staging, created, committed: false };
+        // What a process of the same number left when it was killed.
+        if folder.staging.exists() {
+            fs::remove_dir_all(&folder.staging).map_err(failed)?;
+        }
         fs::create_dir_all(&folder.staging).map_err(failed)?;
         probe(&folder.staging).map_err(failed)?;
         Ok(folder)

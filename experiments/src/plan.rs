@@ -182,7 +182,7 @@ mod tests {
     #[test]
     fn impossible_plans_are_refused_with_a_mend() {
         assert!(message(&["tail=true", "bdpt.roulette=none"]).contains("bdpt cannot render cornell_box"));
-        assert!(message(&["spp=100"]).contains("96 or 104 samples"));
+        assert!(message(&["spp=100"]).contains("96 or 112 samples"));
         assert!(message(&["bdpt.miss=\"power\""]).contains("did you mean `mis`"));
         assert!(message(&["max_ordr=3"]).contains("did you mean `max_order`"));
         assert!(message(&["scenes=[\"cornel\"]"]).contains("did you mean `cornell_box`"));

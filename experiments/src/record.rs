@@ -7,14 +7,14 @@
 //!
 //! | quantity | value |
 //! |---|---|
-//! | `mean` | image mean [W/(m²·sr)] |
+//! | `mean` | image mean \[W/(m²·sr)\] |
 //! | `variance` | image mean of the variance of one sample: that of a replicate times its samples |
 //! | `covariance:J` | image mean of the covariance of one sample between this row's order and order J ≥ it |
 //! | `efficiency` | 1 / (variance of a replicate · its seconds) |
 //! | `checkpoint_variance` | image mean of the variance of a replicate of spp / replicates samples |
 //! | `slope` | of log `checkpoint_variance` against log samples |
 //! | `rays_closest`, `rays_shadow`, `camera_paths`, `light_paths`, `connections`, `bsdf_samples`, `invalid` | counts |
-//! | `seconds` | wall time of transport [s] |
+//! | `seconds` | wall time of transport \[s\] |
 //! | `agreement_t`, `agreement_p`, `agreement_detectable_bias` | two methods, `A vs B`, compared by their image means |
 //! | `agreement_blocks`, `agreement_rejected`, `agreement_smallest_p` | and by their blocks: tested, different, adjusted p |
 
@@ -49,7 +49,7 @@ pub fn manifest(plan: &Plan, threads: usize, started: SystemTime, complete: bool
     let scene = |s: &crate::plan::PlannedScene| SceneRecord {
         name: s.name.clone(),
         source: s.source.clone(),
-        hash: s.scene.hash.to_string(),
+        hash: s.scene.hash.clone(),
         skipped: s.scene.needs.skipped().into_iter().map(str::to_owned).collect(),
         notes: s.scene.notes.clone(),
     };
@@ -113,10 +113,8 @@ pub fn difference(former: &Manifest, plan: &Plan) -> Option<String> {
             return Some(if short { format!("{key} was {old}, now {new}") } else { format!("{key} changed") });
         }
     }
-    let edited = plan
-        .scenes
-        .iter()
-        .find(|s| former.scenes.iter().all(|old| old.name != s.name || old.hash != s.scene.hash.to_string()))?;
+    let edited =
+        plan.scenes.iter().find(|s| former.scenes.iter().all(|old| old.name != s.name || old.hash != s.scene.hash))?;
     Some(format!("scene {} was edited", edited.name))
 }
 

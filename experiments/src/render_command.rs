@@ -14,7 +14,7 @@ use crate::statistics_file::{Context, Seconds, Statistics};
 use crate::stop::Stop;
 use integrators::{Integrator, Measurement, Methods, Orders, Render, RenderSettings};
 use sampling::sampler::{Role, SamplerKind};
-use scenes::{LoadOptions, Scene, Skip};
+use scenes::{Scene, Skip};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -61,6 +61,9 @@ impl Job {
     fn prepare(args: &RenderArgs) -> Result<Self, Error> {
         let method = Methods::standard().build(&args.method, &settings::of_method(&args.set, &args.method)?)?;
         let sampler = config::sampler(&args.sampler)?;
+        if args.filter != "box" {
+            return Err(Error::usage(format!("--filter {}: there is no such pixel filter; there is box", args.filter)));
+        }
         let orders = orders(args)?;
         let budget = match (args.seconds, args.spp.unwrap_or(DEFAULT_SPP)) {
             (Some(seconds), _) => Budget::seconds(seconds, args.replicates),
@@ -69,9 +72,10 @@ impl Job {
         let budget = budget.map_err(Error::Usage)?;
         let skip = if args.no_skip { Skip::Nothing } else { Skip::Unneeded };
         let start = Instant::now();
-        let scene = scenes::load(&args.scene, &LoadOptions { size: args.size, skip })?;
-        let build = 0.0;
-        let seconds = Seconds { load: start.elapsed().as_secs_f64() - build, build, ..Seconds::default() };
+        let description = scenes::load::open(&args.scene, args.size)?;
+        let load = start.elapsed().as_secs_f64();
+        let scene = description.build(skip).map_err(|error| scenes::load::placed(error, &args.scene))?;
+        let seconds = Seconds { load, build: start.elapsed().as_secs_f64() - load, ..Seconds::default() };
         let output = output_path(args, &scene)?;
         let settings = render_settings(&*method, orders, args.tail, args.seed, sampler);
         Ok(Self { scene, method, settings, budget, output, seconds })
@@ -102,7 +106,7 @@ impl Job {
         ImageMeta {
             software: format!("neumann {VERSION}"),
             scene: self.scene.name.clone(),
-            scene_hash: self.scene.hash.to_string(),
+            scene_hash: self.scene.hash.clone(),
             method: self.method.name().to_owned(),
             settings: self.method.settings(),
             sampler: self.settings.sampler.to_string(),

@@ -70,7 +70,7 @@ pub struct Checkpoint {
     pub samples: u32,
     /// Independent images measured.
     pub replicates: u32,
-    /// Mean wall time of one replicate [s], of all layers together.
+    /// Mean wall time of one replicate \[s\], of all layers together.
     pub seconds: f64,
     /// The layer; `None` for the sum of all.
     pub order: Option<Layer>,
@@ -122,7 +122,7 @@ pub struct AgreementRow {
     pub t: f64,
     /// Two-sided p-value of `t` (Welch), not corrected for the number of tests.
     pub p: f64,
-    /// Pixel blocks tested, in each of three channels: those with enough contributions to say anything.
+    /// Pixel blocks tested, times three channels.
     pub blocks: usize,
     /// Of these, how many differ at the false discovery rate.
     pub rejected: usize,
@@ -144,6 +144,8 @@ pub enum Verdict {
     Equal,
     /// They differ.
     Differ,
+    /// Too few contributions arrived to decide anything.
+    Inconclusive,
     /// One of them cannot carry all the light of this scene, so nothing follows.
     Incomparable,
 }
@@ -155,6 +157,7 @@ impl Verdict {
             Verdict::Agree => "agree",
             Verdict::Equal => "equal",
             Verdict::Differ => "differ",
+            Verdict::Inconclusive => "inconclusive",
             Verdict::Incomparable => "incomparable",
         }
     }
@@ -181,7 +184,7 @@ pub struct Manifest {
     pub started: String,
     /// End, likewise.
     pub ended: String,
-    /// Wall time from start to end [s].
+    /// Wall time from start to end \[s\].
     pub seconds: f64,
     /// Whether everything that was asked for is there; not so after Ctrl-C.
     pub complete: bool,

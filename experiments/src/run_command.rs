@@ -75,7 +75,9 @@ fn changed(experiment: Experiment, args: &RunArgs) -> Result<Experiment, Error> 
 
 /// The results of an earlier run of the same configuration in this folder, which this run replaces.
 fn former_results(path: &Path, plan: &Plan, args: &RunArgs) -> Result<Option<StoredManifest>, Error> {
-    let is_empty = std::fs::read_dir(path).map_or(true, |mut entries| entries.next().is_none());
+    // A run that was killed leaves a hidden folder of unfinished files behind, which is nobody's result.
+    let is_result = |entry: &std::fs::DirEntry| !entry.file_name().to_string_lossy().starts_with(".neumann-");
+    let is_empty = std::fs::read_dir(path).map_or(true, |entries| !entries.flatten().any(|entry| is_result(&entry)));
     if is_empty {
         return Ok(None);
     }
@@ -105,7 +107,7 @@ fn write_all(folder: &Folder, plan: &Plan, result: &ExperimentResult) -> Result<
             source,
             mend: "check the disk",
         })?;
-        let hash = plan.scenes.iter().find(|s| s.name == method.scene).map(|s| s.scene.hash.to_string());
+        let hash = plan.scenes.iter().find(|s| s.name == method.scene).map(|s| s.scene.hash.clone());
         let meta = ImageMeta {
             software: format!("neumann {}", result.manifest.neumann),
             scene: method.scene.clone(),

@@ -10,7 +10,7 @@ use std::fmt::Write;
 #[derive(serde::Serialize)]
 struct Report<'a> {
     scene: &'a str,
-    hash: String,
+    hash: &'a str,
     width: u32,
     height: u32,
     needs: &'a Needs,
@@ -52,7 +52,7 @@ fn describe(scene: &Scene) -> Result<Report<'_>, Error> {
     }
     Ok(Report {
         scene: &scene.name,
-        hash: scene.hash.to_string(),
+        hash: &scene.hash,
         width: scene.camera.width(),
         height: scene.camera.height(),
         needs: &scene.needs,
@@ -75,7 +75,7 @@ fn in_words(report: &Report) -> String {
         ("delta emitters", yes(needs.delta_emitters).to_owned()),
         ("hittable emitters", yes(needs.hittable_emitters).to_owned()),
         ("skipped", if report.skipped.is_empty() { "nothing".to_owned() } else { report.skipped.join(", ") }),
-        ("hash", report.hash.clone()),
+        ("hash", report.hash.to_owned()),
     ];
     let mut text = format!("{}\n", report.scene);
     // Writing to a string cannot fail.

@@ -33,7 +33,7 @@ pub struct Statistics {
     peak_memory_bytes: Option<u64>,
 }
 
-/// Wall time [s].
+/// Wall time \[s\].
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Seconds {
     /// Reading the scene.

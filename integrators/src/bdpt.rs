@@ -8,11 +8,11 @@
 use crate::connect::EmitterEnd;
 use crate::contribution::{Contribution, PathView, Sink, Technique};
 use crate::method::{Estimator, Pixel};
-use crate::next_event::sample_next_event;
-use crate::path::raster_in;
+use crate::next_event::{camera_response, sample_next_event};
 use crate::request::Request;
 use crate::roulette::{LocalRoulette, MAX_SURVIVAL};
 use crate::scratch::Scratch;
+use crate::start::{CameraStart, start_camera, start_light};
 use crate::vertex::{PathVertex, Site};
 use crate::walk::{Departure, WalkRules, walk};
 use sampling::bsdf::TransportMode;
@@ -21,7 +21,7 @@ use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
 use sampling::sampler::{Purpose, Sampler, Subpath};
 use sampling::{Vec2, Vec3};
-use scenes::{Needs, Scene, SurfacePoint};
+use scenes::{LeSample, Needs, Scene, SurfacePoint, WeSample};
 use serde::{Deserialize, Serialize};
 
 /// A bidirectional path tracer's settings.
@@ -60,26 +60,35 @@ impl Bdpt {
 impl Estimator for Bdpt {
     fn unsupported_request(&self, request: &Request) -> Option<String> {
         let endless = request.tail() && self.roulette == LocalRoulette::None;
-        endless.then(|| "without roulette its walks have no end beyond max_order; set roulette=local or leave out the tail".into())
+        endless.then(|| {
+            "without roulette its walks have no end beyond max_order; set roulette=local or leave out the tail".into()
+        })
     }
 
     fn missing_light(&self, needs: &Needs) -> Vec<String> {
         let lost = needs.delta_emitters && needs.pinhole && needs.delta_lobes;
-        let class = "paths from point emitters to a pinhole without two neighbouring vertices that scatter by other than delta lobes, such as LSE and LSDSE";
+        let class = "LS.*E from point emitters to a pinhole, where no two neighbouring vertices scatter by other than delta lobes";
         if lost { vec![class.to_owned()] } else { Vec::new() }
     }
 
-    fn estimate<S: Sink>(&self, scene: &Scene, request: &Request, pixel: Pixel, sampler: &mut Sampler, scratch: &mut Scratch, out: &mut S) {
+    fn estimate<S: Sink>(
+        &self,
+        scene: &Scene,
+        request: &Request,
+        pixel: Pixel,
+        sampler: &mut Sampler,
+        scratch: &mut Scratch,
+        out: &mut S,
+    ) {
         let rules = self.rules(request, &scene.needs);
-        sampler.start_vertex(Subpath::Camera, 0);
-        let raster = raster_in(pixel, sampler.get_2d(Purpose::Film));
-        let lens = if !scene.needs.pinhole { sampler.get_2d(Purpose::Lens) } else { Vec2::ZERO };
-        trace_camera(scene, &rules.0, raster, lens, sampler, scratch);
+        let CameraStart { raster, sample } = start_camera(scene, pixel, sampler, &mut scratch.counters);
+        trace_camera(scene, &rules.0, &sample, sampler, scratch);
         trace_light(scene, &rules.1, sampler, scratch);
         scratch.densities.emitter_to_camera = self.emitter_to_camera;
         let light = std::mem::take(&mut scratch.light);
         let camera = std::mem::take(&mut scratch.camera);
-        let mut join = Join { scene, request, settings: self, rules, raster, light: &light, camera: &camera, scratch, out };
+        let mut join =
+            Join { scene, request, settings: self, rules, raster, light: &light, camera: &camera, scratch, out };
         join.run(sampler);
         scratch.light = light;
         scratch.camera = camera;
@@ -92,9 +101,7 @@ fn camera_vertex(at: SurfacePoint, beta: f32) -> PathVertex {
 }
 
 /// Traces the camera subpath into the scratch.
-fn trace_camera(scene: &Scene, rules: &WalkRules, raster: Vec2, lens: Vec2, sampler: &mut Sampler, scratch: &mut Scratch) {
-    let start = scene.camera.sample_we(raster, lens);
-    scratch.counters.camera_paths += 1;
+fn trace_camera(scene: &Scene, rules: &WalkRules, start: &WeSample, sampler: &mut Sampler, scratch: &mut Scratch) {
     scratch.camera.clear();
     scratch.camera.push(camera_vertex(start.at, start.weight));
     let departure = Departure { ray: start.ray, beta: Spectrum::splat(start.weight), pdf: start.pdf_d };
@@ -107,24 +114,18 @@ fn trace_light(scene: &Scene, rules: &WalkRules, sampler: &mut Sampler, scratch:
     if !rules.has_room(1) {
         return;
     }
-    sampler.start_vertex(Subpath::Light, 0);
-    let uc = if scene.needs.emitter_choice { sampler.get_1d(Purpose::EmitterChoice) } else { 0.0 };
-    let Some((emitter, pmf)) = scene.choose_emitter(uc) else { return };
-    let u_p = sampler.get_2d(Purpose::EmitterPosition);
-    let u_d = sampler.get_2d(Purpose::EmitterDirection);
-    let Some(start) = scene.sample_le(emitter, u_p, u_d) else { return };
-    scratch.counters.light_paths += 1;
+    let Some(start) = start_light(scene, sampler, &mut scratch.counters) else { return };
+    let LeSample { endpoint, ray, pdf_p, pdf_d, .. } = start.sample;
     scratch.light.push(PathVertex {
-        site: Site::Emitter(emitter, start.endpoint),
-        at: start.endpoint.at,
+        site: Site::Emitter(start.emitter, endpoint),
+        at: endpoint.at,
         wo: Vec3::ZERO,
         beta: Spectrum::ONE,
-        pdf_fwd: (start.pdf_p * pmf) as f64,
+        pdf_fwd: (pdf_p * start.pmf) as f64,
         pdf_rev: 0.0,
         delta: false,
     });
-    let beta = start.le * (start.cos / (pmf * start.pdf_p * start.pdf_d));
-    let departure = Departure { ray: start.ray, beta, pdf: start.pdf_d };
+    let departure = Departure { ray, beta: start.beta(), pdf: pdf_d };
     walk(scene, rules, departure, sampler, &mut scratch.counters, &mut scratch.light);
 }
 
@@ -150,7 +151,7 @@ impl<S: Sink> Join<'_, S> {
         let next_event = self.next_event_density();
         for s in 2..=self.light.len() {
             if self.request.wants(s - 1) {
-                self.to_camera(s, next_event, sampler);
+                self.splat(s, next_event, sampler);
             }
         }
         for t in 2..=self.camera.len() {
@@ -229,9 +230,8 @@ impl<S: Sink> Join<'_, S> {
             return;
         }
         self.scratch.counters.connections += 1;
-        // At unit distance, importance over density is We·cos.
-        let Some(seen) = self.scene.camera.sample_wi(from.p + event.wi, Vec2::ZERO) else { return };
-        let value = event.radiance * (seen.we / seen.pdf);
+        let Some((we_cos, raster)) = camera_response(self.scene, &from, event.wi) else { return };
+        let value = event.radiance * we_cos;
         if value.is_zero() || self.is_blocked(&event.shadow_ray(&from)) {
             return;
         }
@@ -239,11 +239,11 @@ impl<S: Sink> Join<'_, S> {
         let next_event = y.density(event.pdf, from.p);
         let (light, camera) = ([y], [camera_vertex(from, 1.0)]);
         self.set_connected(&light, &camera, next_event);
-        self.add(seen.raster, &light, &camera, value);
+        self.add(raster, &light, &camera, value);
     }
 
     /// `t = 1`: the light subpath's vertex `s − 1` as seen by the camera, splatted.
-    fn to_camera(&mut self, s: usize, next_event: f64, sampler: &mut Sampler) {
+    fn splat(&mut self, s: usize, next_event: f64, sampler: &mut Sampler) {
         let light = &self.light[..s];
         let y = &light[s - 1];
         let Site::Surface(interaction) = &y.site else { return };
@@ -308,7 +308,7 @@ impl<S: Sink> Join<'_, S> {
     fn add(&mut self, raster: Vec2, light: &[PathVertex], camera: &[PathVertex], value: Spectrum) {
         let (s, t) = (light.len(), camera.len());
         let weight = self.scratch.densities.weight(s, self.settings.mis);
-        let technique = Technique::Connect { s: s as u16, t: t as u16 };
+        let technique = Technique::connect(s, t);
         let path = if S::WANTS.vertices { PathView { light, camera } } else { PathView::default() };
         self.out.add(Contribution { raster, technique, value, weight, path });
     }

@@ -71,7 +71,14 @@ impl PathDensities {
     /// Sets the densities of the path made by joining the last vertices of two subpaths, the light one not empty.
     ///
     /// `next_event` is the density of the emitter's vertex when it is chosen as seen from vertex 1.
-    pub fn set_connected(&mut self, scene: &Scene, rules: (&WalkRules, &WalkRules), light: &[PathVertex], camera: &[PathVertex], next_event: f64) {
+    pub fn set_connected(
+        &mut self,
+        scene: &Scene,
+        rules: (&WalkRules, &WalkRules),
+        light: &[PathVertex],
+        camera: &[PathVertex],
+        next_event: f64,
+    ) {
         let (light_rules, camera_rules) = rules;
         let (s, t) = (light.len(), camera.len());
         self.copy_subpaths(light, camera);

@@ -29,6 +29,13 @@ pub enum Technique {
 }
 
 impl Technique {
+    /// The connection of `s` light vertices to `t` camera vertices. Numbers beyond 65 535 count as that.
+    #[inline]
+    pub fn connect(s: usize, t: usize) -> Self {
+        let number = |n: usize| u16::try_from(n).unwrap_or(u16::MAX);
+        Technique::Connect { s: number(s), t: number(t) }
+    }
+
     /// Number of scatterings of the path.
     #[inline]
     pub fn order(self) -> usize {

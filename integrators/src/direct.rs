@@ -5,14 +5,14 @@
 use crate::contribution::{Contribution, PathView, Sink, Technique};
 use crate::method::{Estimator, Pixel};
 use crate::next_event::{pdf_next_event, pdf_next_event_environment, sample_next_event, weight2};
-use crate::path::raster_in;
 use crate::request::Request;
 use crate::scratch::Scratch;
+use crate::start::{CameraStart, start_camera};
+use sampling::Vec3;
 use sampling::bsdf::TransportMode;
 use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
 use sampling::sampler::{Purpose, Sampler, Subpath};
-use sampling::{Vec2, Vec3};
 use scenes::{Interaction, Needs, Scene};
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
@@ -50,8 +50,12 @@ impl Estimator for Direct {
         0..=max_order.min(1)
     }
 
+    fn unsupported_request(&self, request: &Request) -> Option<String> {
+        request.tail().then(|| "it ends at order 1; leave out the tail".to_owned())
+    }
+
     fn missing_light(&self, needs: &Needs) -> Vec<String> {
-        let mut missing = vec!["L(D|S)(D|S)+E: orders above 1".to_owned()];
+        let mut missing = vec!["L(D|S)(D|S)+E: what is scattered more than once".to_owned()];
         if self.strategy == Strategy::Emitter && needs.delta_lobes {
             missing.push("LSE: sampled emitter points are not seen in mirrors or through glass".to_owned());
         }
@@ -64,16 +68,20 @@ impl Estimator for Direct {
         missing
     }
 
-    fn estimate<S: Sink>(&self, scene: &Scene, request: &Request, pixel: Pixel, sampler: &mut Sampler, scratch: &mut Scratch, out: &mut S) {
-        sampler.start_vertex(Subpath::Camera, 0);
-        let raster = raster_in(pixel, sampler.get_2d(Purpose::Film));
-        let lens = if !scene.needs.pinhole { sampler.get_2d(Purpose::Lens) } else { Vec2::ZERO };
-        let start = scene.camera.sample_we(raster, lens);
+    fn estimate<S: Sink>(
+        &self,
+        scene: &Scene,
+        request: &Request,
+        pixel: Pixel,
+        sampler: &mut Sampler,
+        scratch: &mut Scratch,
+        out: &mut S,
+    ) {
+        let CameraStart { raster, sample: start } = start_camera(scene, pixel, sampler, &mut scratch.counters);
         let beta = Spectrum::splat(start.weight);
-        scratch.counters.camera_paths += 1;
         scratch.counters.closest += 1;
         let mut add = |s, t, value: Spectrum, weight| {
-            let technique = Technique::Connect { s, t };
+            let technique = Technique::connect(s, t);
             out.add(Contribution { raster, technique, value: beta * value, weight, path: PathView::default() });
         };
         let Some(hit) = scene.intersect(&start.ray) else {
@@ -98,7 +106,14 @@ impl Estimator for Direct {
 
 impl Direct {
     /// Order 1 by a point on an emitter: value and weight.
-    fn by_emitter(&self, scene: &Scene, hit: &Interaction, wo: Vec3, sampler: &mut Sampler, scratch: &mut Scratch) -> Option<(Spectrum, f64)> {
+    fn by_emitter(
+        &self,
+        scene: &Scene,
+        hit: &Interaction,
+        wo: Vec3,
+        sampler: &mut Sampler,
+        scratch: &mut Scratch,
+    ) -> Option<(Spectrum, f64)> {
         if self.strategy == Strategy::Bsdf || !hit.is_connectable() {
             return None;
         }
@@ -118,7 +133,14 @@ impl Direct {
     }
 
     /// Order 1 by a direction from the BSDF: value and weight.
-    fn by_bsdf(&self, scene: &Scene, hit: &Interaction, wo: Vec3, sampler: &mut Sampler, scratch: &mut Scratch) -> Option<(Spectrum, f64)> {
+    fn by_bsdf(
+        &self,
+        scene: &Scene,
+        hit: &Interaction,
+        wo: Vec3,
+        sampler: &mut Sampler,
+        scratch: &mut Scratch,
+    ) -> Option<(Spectrum, f64)> {
         if self.strategy == Strategy::Emitter {
             return None;
         }
@@ -128,7 +150,9 @@ impl Direct {
         let sample = hit.sample(wo, uc, u, TransportMode::Radiance)?;
         scratch.counters.closest += 1;
         let (le, pdf) = match scene.intersect(&hit.point.spawn(sample.wi)) {
-            Some(next) => (scene.le(&next, -sample.wi), pdf_next_event(scene, hit.point.p, next.emitter?, &next, sample.wi)),
+            Some(next) => {
+                (scene.le(&next, -sample.wi), pdf_next_event(scene, hit.point.p, next.emitter?, &next, sample.wi))
+            }
             None => {
                 let emitter = scene.environment?;
                 (scene.environment_le(sample.wi), pdf_next_event_environment(scene, hit.point.p, emitter, sample.wi))

@@ -8,8 +8,8 @@ use crate::contribution::{Contribution, Sink, Wants};
 use crate::measurement::Counters;
 use crate::request::Request;
 use crate::splats::{Splat, Splats};
-use sampling::fault;
 use rayon::prelude::*;
+use sampling::fault;
 use std::ops::Range;
 
 /// Width and height of a tile [pixels].
@@ -204,7 +204,13 @@ mod tests {
 
     fn contribution(x: f32, y: f32, value: f32) -> Contribution<'static> {
         let technique = Technique::Connect { s: 0, t: 2 };
-        Contribution { raster: vec2(x, y), technique, value: Spectrum::splat(value), weight: 1.0, path: PathView::default() }
+        Contribution {
+            raster: vec2(x, y),
+            technique,
+            value: Spectrum::splat(value),
+            weight: 1.0,
+            path: PathView::default(),
+        }
     }
 
     #[test]
@@ -232,7 +238,7 @@ mod tests {
                 block.add(contribution(x as f32, y as f32, 1.0));
             }
         }
-        block.add(contribution(0.5_f32.next_down() + 36.5, 17.0, 1.0));
+        block.add(contribution(37.0_f32.next_down(), 17.0, 1.0));
         block.add(contribution(-f32::MIN_POSITIVE, 3.0, 1.0));
         film.reduce(&[block]);
         let doubled = 17 * 37 + 36;

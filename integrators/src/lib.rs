@@ -8,7 +8,7 @@
 //! - [`contribution`]: how a path was built ([`Technique`]), what a method hands over ([`Contribution`]) and to whom ([`Sink`]);
 //! - [`request`]: which orders are asked for;
 //! - [`method`]: the traits [`Estimator`] and [`Integrator`], and THE LIST of methods, [`Methods`];
-//! - the algorithms, one a file: [`direct`], [`path`], [`light`], [`bdpt`], with what they share: [`vertex`], [`walk`],
+//! - the algorithms, one a file: [`direct`], [`path`], [`light`], [`bdpt`], with what they share: [`start`], [`vertex`], [`walk`],
 //!   [`connect`], [`next_event`], [`roulette`];
 //! - [`film`] and [`splats`]: one block's sums, and the film they are reduced into, in an order that no thread can change;
 //! - [`render`]: replicates; [`statistics`]: their moments; [`measurement`]: what comes out.
@@ -30,6 +30,7 @@ pub mod request;
 pub mod roulette;
 pub mod scratch;
 pub mod splats;
+pub mod start;
 pub mod statistics;
 pub mod vertex;
 pub mod walk;

@@ -1,19 +1,21 @@
 //! Light tracing: walks from the emitters, every vertex connected to the camera.
 //!
-//! The adjoint of path tracing without next-event estimation [Veach97, §4.A; Dutré93]: a particle's weight times the
+//! The adjoint of path tracing without next-event estimation [Dutre93]: a particle's weight times the
 //! emitted importance of the camera is splatted where the connection meets the film.
 
 use crate::contribution::{Contribution, PathView, Sink, Technique};
 use crate::method::{Estimator, Pixel};
+use crate::next_event::camera_response;
 use crate::request::Request;
 use crate::roulette::Roulette;
 use crate::scratch::Scratch;
+use crate::start::{LightStart, start_light};
 use sampling::bsdf::TransportMode;
 use sampling::fault;
 use sampling::math::Spectrum;
 use sampling::sampler::{Purpose, Sampler, Subpath};
 use sampling::{Vec2, Vec3};
-use scenes::{EmitterId, EndpointKind, Interaction, LeSample, Needs, Scene};
+use scenes::{EndpointKind, Interaction, Needs, Scene, SurfacePoint};
 use serde::{Deserialize, Serialize};
 
 /// A light tracer's settings.
@@ -35,7 +37,10 @@ impl Default for Light {
 impl Estimator for Light {
     fn unsupported_request(&self, request: &Request) -> Option<String> {
         let endless = request.tail() && self.roulette == Roulette::None;
-        endless.then(|| "without roulette its walks have no end beyond max_order; set roulette=throughput or leave out the tail".into())
+        endless.then(|| {
+            "without roulette its walks have no end beyond max_order; set roulette=throughput or leave out the tail"
+                .into()
+        })
     }
 
     fn missing_light(&self, needs: &Needs) -> Vec<String> {
@@ -44,19 +49,21 @@ impl Estimator for Light {
         if lost { vec![class.to_owned()] } else { Vec::new() }
     }
 
-    fn estimate<S: Sink>(&self, scene: &Scene, request: &Request, _: Pixel, sampler: &mut Sampler, scratch: &mut Scratch, out: &mut S) {
-        sampler.start_vertex(Subpath::Light, 0);
-        scratch.counters.light_paths += 1;
-        let uc = if scene.needs.emitter_choice { sampler.get_1d(Purpose::EmitterChoice) } else { 0.0 };
-        let Some((emitter, pmf)) = scene.choose_emitter(uc) else { return };
-        let u_p = sampler.get_2d(Purpose::EmitterPosition);
-        let u_d = sampler.get_2d(Purpose::EmitterDirection);
-        let Some(start) = scene.sample_le(emitter, u_p, u_d) else { return };
+    fn estimate<S: Sink>(
+        &self,
+        scene: &Scene,
+        request: &Request,
+        _: Pixel,
+        sampler: &mut Sampler,
+        scratch: &mut Scratch,
+        out: &mut S,
+    ) {
+        let Some(start) = start_light(scene, sampler, &mut scratch.counters) else { return };
         let mut walk = Walk { scene, request, settings: self, out };
         if request.wants(0) {
-            walk.connect_emitter(emitter, pmf, &start, sampler, scratch);
+            walk.connect_emitter(&start, sampler, scratch);
         }
-        walk.run(pmf, &start, sampler, scratch);
+        walk.run(&start, sampler, scratch);
     }
 }
 
@@ -69,11 +76,11 @@ struct Walk<'a, S> {
 }
 
 impl<S: Sink> Walk<'_, S> {
-    fn run(&mut self, pmf: f32, start: &LeSample, sampler: &mut Sampler, scratch: &mut Scratch) {
-        let emitted = start.le * (start.cos / (pmf * start.pdf_p * start.pdf_d));
+    fn run(&mut self, start: &LightStart, sampler: &mut Sampler, scratch: &mut Scratch) {
+        let emitted = start.beta();
         // What has become of the emitted flux: the part of the weight that roulette looks at.
         let mut throughput = Spectrum::ONE;
-        let mut ray = start.ray;
+        let mut ray = start.sample.ray;
         let mut order = 0;
         while self.request.wants_from(order + 1) {
             scratch.counters.closest += 1;
@@ -95,9 +102,10 @@ impl<S: Sink> Walk<'_, S> {
             if throughput.is_zero() {
                 return;
             }
-            let survived = self.settings.roulette.survive(throughput, order, self.settings.roulette_start, || {
-                sampler.get_1d(Purpose::Roulette)
-            });
+            let survived = self
+                .settings
+                .roulette
+                .survive(throughput, order, self.settings.roulette_start, || sampler.get_1d(Purpose::Roulette));
             let Some(factor) = survived else { return };
             throughput *= factor;
             ray = hit.point.spawn(sample.wi);
@@ -106,7 +114,15 @@ impl<S: Sink> Walk<'_, S> {
 
     /// Splats what a surface point scatters into the camera.
     #[inline]
-    fn connect(&mut self, hit: &Interaction, wo: Vec3, beta: Spectrum, order: usize, sampler: &mut Sampler, scratch: &mut Scratch) {
+    fn connect(
+        &mut self,
+        hit: &Interaction,
+        wo: Vec3,
+        beta: Spectrum,
+        order: usize,
+        sampler: &mut Sampler,
+        scratch: &mut Scratch,
+    ) {
         let u = if !self.scene.needs.pinhole { sampler.get_2d(Purpose::NextCamera) } else { Vec2::ZERO };
         let Some(camera) = self.scene.camera.sample_wi(hit.point.p, u) else { return };
         scratch.counters.connections += 1;
@@ -123,25 +139,25 @@ impl<S: Sink> Walk<'_, S> {
     }
 
     /// Splats what the emitter's point itself sends into the camera. A point emitter is too small to be seen.
-    fn connect_emitter(&mut self, emitter: EmitterId, pmf: f32, start: &LeSample, sampler: &mut Sampler, scratch: &mut Scratch) {
-        let u = if !self.scene.needs.pinhole { sampler.get_2d(Purpose::NextCamera) } else { Vec2::ZERO };
-        let endpoint = &start.endpoint;
-        let reference = match endpoint.kind {
+    fn connect_emitter(&mut self, start: &LightStart, sampler: &mut Sampler, scratch: &mut Scratch) {
+        let endpoint = &start.sample.endpoint;
+        let camera = &self.scene.camera;
+        let u = if self.scene.needs.pinhole { Vec2::ZERO } else { sampler.get_2d(Purpose::NextCamera) };
+        let (value, raster, ray) = match endpoint.kind {
             EndpointKind::Point => return,
-            EndpointKind::Surface => endpoint.at.p,
-            // Any point in that direction is as good.
-            EndpointKind::Infinite => self.scene.camera.position() - endpoint.at.ng,
-        };
-        let Some(camera) = self.scene.camera.sample_wi(reference, u) else { return };
-        scratch.counters.connections += 1;
-        let arriving = camera.we / camera.pdf;
-        let (value, ray) = match endpoint.kind {
-            EndpointKind::Infinite => (self.scene.environment_le(-endpoint.at.ng) * arriving, camera.at.spawn(-camera.wi)),
-            _ => {
-                let le = self.scene.le_at(emitter, endpoint, camera.wi);
-                (le * (endpoint.at.ng.dot(camera.wi).abs() * arriving), endpoint.at.segment_to(&camera.at))
+            EndpointKind::Surface => {
+                let Some(seen) = camera.sample_wi(endpoint.at.p, u) else { return };
+                let le = self.scene.le_at(start.emitter, endpoint, seen.wi);
+                let geometry = endpoint.at.ng.dot(seen.wi).abs() * seen.we / seen.pdf;
+                (le * geometry, seen.raster, endpoint.at.segment_to(&seen.at))
+            }
+            EndpointKind::Infinite => {
+                let (at, d) = (SurfacePoint::free(camera.position()), -endpoint.at.ng);
+                let Some((we_cos, raster)) = camera_response(self.scene, &at, d) else { return };
+                (self.scene.environment_le(d) * we_cos, raster, at.spawn(d))
             }
         };
+        scratch.counters.connections += 1;
         if value.is_zero() {
             return;
         }
@@ -149,11 +165,11 @@ impl<S: Sink> Walk<'_, S> {
         if self.scene.occluded(&ray) {
             return;
         }
-        self.add(camera.raster, 0, value / (pmf * start.pdf_p));
+        self.add(raster, 0, value / (start.pmf * start.sample.pdf_p));
     }
 
     fn add(&mut self, raster: Vec2, order: usize, value: Spectrum) {
-        let technique = Technique::Connect { s: order as u16 + 1, t: 1 };
+        let technique = Technique::connect(order + 1, 1);
         let value = fault!("light_paths_miscounted", value, value * 0.5);
         self.out.add(Contribution { raster, technique, value, weight: 1.0, path: PathView::default() });
     }

@@ -276,7 +276,8 @@ fn parse_settings<E: Estimator>(method: &str, settings: &Value) -> Result<E, Met
                     return Err(MethodError::UnknownSetting { method: method.to_owned(), key: key.clone(), mend });
                 }
                 merged.insert(key.clone(), value.clone());
-                serde_json::from_value::<E>(Value::Object(merged.clone())).map_err(|e| bad(format!("setting `{key}`: {e}")))?;
+                serde_json::from_value::<E>(Value::Object(merged.clone()))
+                    .map_err(|e| bad(format!("setting `{key}`: {e}")))?;
             }
         }
         _ => return Err(bad("settings must be a table of names and values".to_owned())),
@@ -286,7 +287,7 @@ fn parse_settings<E: Estimator>(method: &str, settings: &Value) -> Result<E, Met
 
 /// The name most like `name`, if there is any name.
 fn nearest<'n>(name: &str, names: &[&'n str]) -> Option<&'n str> {
-    let similarity = |other: &str| strsim::jaro_winkler(name, other);
+    let similarity = |other: &str| strsim::jaro_winkler(&name.to_lowercase(), &other.to_lowercase());
     names.iter().copied().max_by(|a, b| similarity(a).total_cmp(&similarity(b)))
 }
 

@@ -1,9 +1,9 @@
 //! Next-event estimation: a point on an emitter, chosen as seen from a point of the scene.
 
-use sampling::Vec3;
 use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
 use sampling::sampler::{Purpose, Sampler};
+use sampling::{Vec2, Vec3};
 use scenes::{EmitterId, Endpoint, EndpointKind, Interaction, Ray, Scene, SurfacePoint};
 
 /// A sampled emitter point.
@@ -48,14 +48,7 @@ pub fn sample_next_event(scene: &Scene, p: Vec3, sampler: &mut Sampler) -> Optio
     let u = sampler.get_2d(Purpose::NextPosition);
     let li = scene.sample_li(emitter, p, u)?;
     let pdf = li.pdf * pmf;
-    Some(NextEvent {
-        emitter,
-        endpoint: li.endpoint,
-        wi: li.wi,
-        radiance: li.li / pdf,
-        pdf,
-        delta: li.delta,
-    })
+    Some(NextEvent { emitter, endpoint: li.endpoint, wi: li.wi, radiance: li.li / pdf, pdf, delta: li.delta })
 }
 
 /// Density [1/sr] with which [`sample_next_event`] from `p` gives the emitting surface point that a ray along `wi` hit.
@@ -74,4 +67,14 @@ pub fn pdf_next_event_environment(scene: &Scene, p: Vec3, emitter: EmitterId, wi
 #[inline]
 pub fn weight2(heuristic: Heuristic, pdf: f32, other: f32) -> f64 {
     heuristic.weight2(pdf as f64, other as f64)
+}
+
+/// What the camera makes of radiance that arrives at its point `at` from direction `d`: importance times cosine [1/sr], and
+/// where it meets the film; `None` off the film. Directions are not taken through points far off, which would round them.
+#[inline]
+pub fn camera_response(scene: &Scene, at: &SurfacePoint, d: Vec3) -> Option<(f32, Vec2)> {
+    let (_, raster) = scene.camera.we(at, d)?;
+    // Samples of the camera have weight 1: We·cos is the density of their directions.
+    let (_, pdf_d) = scene.camera.pdf_we(at, d);
+    Some((pdf_d, raster))
 }

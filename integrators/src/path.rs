@@ -9,6 +9,7 @@ use crate::next_event::{pdf_next_event, pdf_next_event_environment, sample_next_
 use crate::request::Request;
 use crate::roulette::Roulette;
 use crate::scratch::Scratch;
+use crate::start::{CameraStart, start_camera};
 use sampling::Vec2;
 use sampling::Vec3;
 use sampling::bsdf::TransportMode;
@@ -64,13 +65,18 @@ struct Walk<'a, S> {
 impl Estimator for Path {
     fn unsupported_request(&self, request: &Request) -> Option<String> {
         let endless = request.tail() && self.roulette == Roulette::None;
-        endless.then(|| "without roulette its walks have no end beyond max_order; set roulette=throughput or leave out the tail".into())
+        endless.then(|| {
+            "without roulette its walks have no end beyond max_order; set roulette=throughput or leave out the tail"
+                .into()
+        })
     }
 
     fn missing_light(&self, needs: &Needs) -> Vec<String> {
         let mut missing = Vec::new();
         if needs.delta_emitters && !self.next_event {
-            missing.push("L.*E from point emitters: walks cannot hit a point, and next-event estimation is off".to_owned());
+            missing.push(
+                "L.*E from point emitters: walks cannot hit a point, and next-event estimation is off".to_owned(),
+            );
         }
         if needs.delta_emitters && needs.delta_lobes {
             missing.push("LS.*E from point emitters: no walk can hit a point behind a mirror or glass".to_owned());
@@ -78,23 +84,20 @@ impl Estimator for Path {
         missing
     }
 
-    fn estimate<S: Sink>(&self, scene: &Scene, request: &Request, pixel: Pixel, sampler: &mut Sampler, scratch: &mut Scratch, out: &mut S) {
-        sampler.start_vertex(Subpath::Camera, 0);
-        let raster = raster_in(pixel, sampler.get_2d(Purpose::Film));
-        let lens = if !scene.needs.pinhole { sampler.get_2d(Purpose::Lens) } else { Vec2::ZERO };
-        let start = scene.camera.sample_we(raster, lens);
-        scratch.counters.camera_paths += 1;
-        let beta = Spectrum::splat(start.weight);
+    fn estimate<S: Sink>(
+        &self,
+        scene: &Scene,
+        request: &Request,
+        pixel: Pixel,
+        sampler: &mut Sampler,
+        scratch: &mut Scratch,
+        out: &mut S,
+    ) {
+        let CameraStart { raster, sample } = start_camera(scene, pixel, sampler, &mut scratch.counters);
+        let beta = Spectrum::splat(sample.weight);
         let mut walk = Walk { scene, request, settings: self, raster, beta, order: 0, last: None, out };
-        walk.run(start.ray, sampler, scratch);
+        walk.run(sample.ray, sampler, scratch);
     }
-}
-
-/// The film position of a sample within its pixel; stays there where `f32` would round it into the next one.
-#[inline]
-pub fn raster_in(pixel: Pixel, u: Vec2) -> Vec2 {
-    let within = |first: u32, u: f32| (first as f32 + u).min(((first + 1) as f32).next_down());
-    Vec2::new(within(pixel.x, u.x), within(pixel.y, u.y))
 }
 
 impl<S: Sink> Walk<'_, S> {
@@ -134,7 +137,7 @@ impl<S: Sink> Walk<'_, S> {
                 fault!("emission_counted_twice", weight2(self.settings.mis, last.pdf, pdf), 1.0)
             }
         };
-        self.add(Technique::Connect { s: 0, t: self.order as u16 + 2 }, self.beta * le, weight);
+        self.add(Technique::connect(0, self.order + 2), self.beta * le, weight);
     }
 
     /// Adds what the environment sends along the walk.
@@ -151,7 +154,7 @@ impl<S: Sink> Walk<'_, S> {
             }
         };
         let le = self.scene.environment_le(direction);
-        self.add(Technique::Connect { s: 0, t: self.order as u16 + 2 }, self.beta * le, weight);
+        self.add(Technique::connect(0, self.order + 2), self.beta * le, weight);
     }
 
     /// Samples an emitter from the hit point.
@@ -174,8 +177,8 @@ impl<S: Sink> Walk<'_, S> {
         }
         let heuristic = fault!("heuristics_differ_between_sides", self.settings.mis, Heuristic::Balance);
         let weight = if event.delta { 1.0 } else { weight2(heuristic, event.pdf, pdf) };
-        let t = self.order as u16 + fault!("order_off_by_one", 2, 1);
-        self.add(Technique::Connect { s: 1, t }, value, weight);
+        let t = self.order + fault!("order_off_by_one", 2, 1);
+        self.add(Technique::connect(1, t), value, weight);
     }
 
     /// Takes the walk one scattering on, or ends it.
@@ -191,7 +194,9 @@ impl<S: Sink> Walk<'_, S> {
         }
         self.order += 1;
         let settings = self.settings;
-        self.beta *= settings.roulette.survive(self.beta, self.order, settings.roulette_start, || sampler.get_1d(Purpose::Roulette))?;
+        self.beta *= settings
+            .roulette
+            .survive(self.beta, self.order, settings.roulette_start, || sampler.get_1d(Purpose::Roulette))?;
         let also_next_event = settings.next_event && !sample.lobe.is_delta();
         self.last = also_next_event.then_some(Scattering { p: hit.point.p, pdf: sample.pdf });
         Some(hit.point.spawn(sample.wi))

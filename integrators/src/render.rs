@@ -72,13 +72,17 @@ impl<'a> Render<'a> {
     /// Gets ready; no ray is traced yet.
     ///
     /// # Errors
-    /// If no sample is asked for, or the method says that it does not support the scene or the request.
+    /// If no sample is asked for, or the method does not support the scene or the request. Orders that it cannot carry are
+    /// left out, unless no other was asked for.
     pub fn new(scene: &'a Scene, method: &'a dyn Integrator, settings: RenderSettings) -> Result<Self, RenderError> {
         if settings.samples_per_replicate == 0 {
             return Err(RenderError::NoSamples);
         }
-        let request = Request::new(settings.orders.clone(), settings.tail);
+        let orders = settings.orders.clone().within(method.orders(settings.orders.max_order()));
+        let request = Request::new(orders, settings.tail);
         let reason = method.unsupported(&scene.facts).or_else(|| method.unsupported_request(&request));
+        let nothing = "it carries none of the orders asked for; ask for lower ones".to_owned();
+        let reason = reason.or_else(|| request.layers().is_empty().then_some(nothing));
         if let Some(reason) = reason {
             return Err(RenderError::Unsupported { method: method.name().to_owned(), reason });
         }

@@ -1,6 +1,7 @@
 //! Which orders of the series are asked for.
 
 use crate::measurement::Layer;
+use std::ops::RangeInclusive;
 
 /// A set of orders in `0..=max_order`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -31,7 +32,9 @@ impl Orders {
                 return Err(format!("the range `{part}` runs backwards; write {last}-{first}"));
             }
             if last > max_order {
-                return Err(format!("order {last} lies above max_order {max_order}; raise --max-order to {last} or leave it out"));
+                return Err(format!(
+                    "order {last} lies above max_order {max_order}; raise --max-order to {last} or leave it out"
+                ));
             }
             wanted[first..=last].fill(true);
         }
@@ -52,6 +55,12 @@ impl Orders {
     /// The orders asked for, rising.
     pub fn iter(&self) -> impl Iterator<Item = usize> {
         (0..=self.max_order).filter(|&k| self.wanted[k])
+    }
+
+    /// Those of the orders that lie in a range.
+    pub fn within(mut self, range: RangeInclusive<usize>) -> Self {
+        self.wanted.iter_mut().enumerate().for_each(|(k, wanted)| *wanted &= range.contains(&k));
+        self
     }
 
     /// Whether the whole truncated series is asked for.

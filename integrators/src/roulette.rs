@@ -22,7 +22,13 @@ impl Roulette {
     ///
     /// `throughput` is the walk's weight so far relative to its start, `scatterings` how often it has scattered.
     #[inline]
-    pub fn survive(self, throughput: Spectrum, scatterings: usize, start: usize, u: impl FnOnce() -> f32) -> Option<f32> {
+    pub fn survive(
+        self,
+        throughput: Spectrum,
+        scatterings: usize,
+        start: usize,
+        u: impl FnOnce() -> f32,
+    ) -> Option<f32> {
         if self == Roulette::None || scatterings < start {
             return Some(1.0);
         }

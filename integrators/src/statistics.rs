@@ -5,8 +5,8 @@
 //! (the sum of the replicate at work, and mean and squared deviations of the group and of the whole): 120 bytes for three channels.
 
 use crate::film::Film;
-use sampling::fault;
 use rayon::prelude::*;
+use sampling::fault;
 
 /// Replicates in a group.
 pub const GROUP: u32 = 8;
@@ -53,7 +53,7 @@ impl ImageMoments {
         self.products.fill([0.0; 3]);
     }
 
-    /// Adds a replicate whose image is the film's sums divided by `samples` [Welford 1962]. Returns the layers' image means.
+    /// Adds a replicate whose image is the film's sums divided by `samples` [Welford62]. Returns the layers' image means.
     pub fn push(&mut self, film: &Film, samples: u32) -> Vec<[f64; 3]> {
         self.count += 1;
         let (n, scale) = (self.count as f64, 1.0 / samples as f64);
@@ -90,7 +90,7 @@ impl ImageMoments {
         means
     }
 
-    /// Adds all replicates of another set [Chan, Golub & LeVeque 1983].
+    /// Adds all replicates of another set [Chan83].
     pub fn merge(&mut self, other: &Self) {
         if other.count == 0 {
             return;
@@ -211,10 +211,10 @@ impl Piece {
                 }
             }
         }
-        for c in 0..3 {
+        for (c, total) in total[0].iter_mut().enumerate() {
             let sum = |deviations: &[f64]| deviations.iter().skip(c).step_by(3).sum::<f64>();
 
-            total[0][c] += fault!("covariance_dropped", sum(&self.before) * sum(&self.after), self.diagonal(c));
+            *total += fault!("covariance_dropped", sum(&self.before) * sum(&self.after), self.diagonal(c));
         }
     }
 }
@@ -263,7 +263,8 @@ mod tests {
             let mut expected = 0.0;
             for p in 0..PIXELS {
                 let (a, b) = ((p * LAYERS + i) * 3 + c, (p * LAYERS + j) * 3 + c);
-                expected += films.iter().map(|f| (f.sums[a] / 4.0 - mean(a)) * (f.sums[b] / 4.0 - mean(b))).sum::<f64>();
+                expected +=
+                    films.iter().map(|f| (f.sums[a] / 4.0 - mean(a)) * (f.sums[b] / 4.0 - mean(b))).sum::<f64>();
             }
             if j <= i {
                 assert!((m.products[i * LAYERS + j][c] - expected).abs() < 1e-12);

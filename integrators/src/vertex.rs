@@ -1,7 +1,7 @@
 //! The vertices that bidirectional methods store.
 
-use sampling::math::Spectrum;
 use sampling::Vec3;
+use sampling::math::Spectrum;
 use scenes::{EmitterId, Endpoint, EndpointKind, Interaction, SurfacePoint};
 
 /// What stands at a vertex.

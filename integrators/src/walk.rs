@@ -63,7 +63,14 @@ pub struct Departure {
 /// Extends a subpath, whose first vertex is there already, until it escapes, is absorbed or has no room.
 ///
 /// A camera subpath that escapes to an environment ends with a vertex for it.
-pub fn walk(scene: &Scene, rules: &WalkRules, start: Departure, sampler: &mut Sampler, counters: &mut Counters, vertices: &mut Vec<PathVertex>) {
+pub fn walk(
+    scene: &Scene,
+    rules: &WalkRules,
+    start: Departure,
+    sampler: &mut Sampler,
+    counters: &mut Counters,
+    vertices: &mut Vec<PathVertex>,
+) {
     let Departure { mut ray, mut beta, mut pdf } = start;
     while rules.has_room(vertices.len()) {
         counters.closest += 1;
@@ -88,15 +95,18 @@ pub fn walk(scene: &Scene, rules: &WalkRules, start: Departure, sampler: &mut Sa
             delta: false,
         };
         let index = vertices.len();
-        if rules.has_room(index + 1) {
-            if let Some(next) = scatter(scene, rules, &hit, &vertex, index, sampler, counters) {
-                vertices[index - 1].pdf_rev = previous.density(next.pdf_rev, hit.point.p);
-                vertex.delta = next.delta;
-                vertices.push(vertex);
-                (ray, pdf) = (hit.point.spawn(next.wi), next.pdf_fwd);
-                beta *= next.weight;
-                continue;
-            }
+        let scattered = if rules.has_room(index + 1) {
+            scatter(scene, rules, &hit, &vertex, index, sampler, counters)
+        } else {
+            None
+        };
+        if let Some(next) = scattered {
+            vertices[index - 1].pdf_rev = previous.density(next.pdf_rev, hit.point.p);
+            vertex.delta = next.delta;
+            vertices.push(vertex);
+            (ray, pdf) = (hit.point.spawn(next.wi), next.pdf_fwd);
+            beta *= next.weight;
+            continue;
         }
         vertices.push(vertex);
         return;

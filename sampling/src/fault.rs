@@ -19,6 +19,7 @@ macro_rules! fault {
 /// Whether `NEUMANN_FAULT` names this fault.
 #[cfg(mutate)]
 pub fn is_injected(name: &str) -> bool {
-    static INJECTED: std::sync::LazyLock<Option<String>> = std::sync::LazyLock::new(|| std::env::var("NEUMANN_FAULT").ok());
+    static INJECTED: std::sync::LazyLock<Option<String>> =
+        std::sync::LazyLock::new(|| std::env::var("NEUMANN_FAULT").ok());
     INJECTED.as_deref() == Some(name)
 }

@@ -31,6 +31,8 @@
 //!
 //! The keys by which all crates of neumann cite: `[Key]`, or `[Key, equation or section]`.
 //!
+//! - `[Dutre93]` P. Dutré, E. P. Lafortune, Y. D. Willems: *Monte Carlo light tracing with direct computation of pixel
+//!   intensities*, Compugraphics 1993.
 //! - `[Chan83]` T. F. Chan, G. H. Golub, R. J. LeVeque: *Algorithms for computing the sample variance*,
 //!   The American Statistician 37(3), 1983.
 //! - `[Duff17]` T. Duff et al.: *Building an orthonormal basis, revisited*, JCGT 6(1), 2017.
@@ -40,7 +42,11 @@
 //! - `[Heitz14]` E. Heitz: *Understanding the masking-shadowing function in microfacet-based BRDFs*, JCGT 3(2), 2014.
 //! - `[Heitz18]` E. Heitz: *Sampling the GGX distribution of visible normals*, JCGT 7(4), 2018.
 //! - `[Heitz19]` E. Heitz: *A low-distortion map between triangle and square*, HAL-02073696, 2019.
+//! - `[Ize13]` T. Ize: *Robust BVH ray traversal*, JCGT 2(2), 2013.
+//! - `[Kajiya86]` J. T. Kajiya: *The rendering equation*, SIGGRAPH 1986.
 //! - `[Kensler13]` A. Kensler: *Correlated multi-jittered sampling*, Pixar technical memo 13-01, 2013.
+//! - `[Lafortune93]` E. P. Lafortune, Y. D. Willems: *Bi-directional path tracing*, Compugraphics 1993.
+//! - `[Moeller97]` T. Möller, B. Trumbore: *Fast, minimum storage ray/triangle intersection*, JGT 2(1), 1997.
 //! - `[ONeill14]` M. E. O'Neill: *PCG: a family of simple fast space-efficient statistically good algorithms for
 //!   random number generation*, HMC-CS-2014-0905, 2014.
 //! - `[PBRT4]` M. Pharr, W. Jakob, G. Humphreys: *Physically Based Rendering*, 4th edition, 2023.
@@ -54,6 +60,7 @@
 //! - `[Walter07]` B. Walter et al.: *Microfacet models for refraction through rough surfaces*, EGSR 2007.
 //! - `[Welford62]` B. P. Welford: *Note on a method for calculating corrected sums of squares and products*,
 //!   Technometrics 4(3), 1962.
+//! - `[Woop13]` S. Woop, C. Benthin, I. Wald: *Watertight ray/triangle intersection*, JCGT 2(1), 2013.
 
 pub mod alias;
 pub mod bsdf;

@@ -24,7 +24,8 @@
 //! 4. [`material`] and [`texture`]: what surfaces do.
 //! 5. [`shape`] and `accel`: where surfaces are.
 //! 6. [`builder`] and [`needs`]: how a scene is made, and what it doesn't need.
-//! 7. [`description`], [`import`] and [`builtin`]: scene files, other formats, and the scenes that come with the program.
+//! 7. [`mod@load`], [`description`], [`import`] and [`builtin`]: scenes by name or path, scene files, other formats, and the
+//!    scenes that come with the program.
 //! 8. [`error`]: what can be wrong with a scene.
 
 mod accel;

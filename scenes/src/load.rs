@@ -29,10 +29,15 @@ pub fn builtin_names() -> &'static [&'static str] {
 ///
 /// A path is told from a name by its ending or a separator; a file never hides a built-in.
 pub fn load(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneError> {
-    open(name_or_path, options.size)?.build(options.skip).map_err(|error| match builtin::source(name_or_path) {
+    open(name_or_path, options.size)?.build(options.skip).map_err(|error| placed(error, name_or_path))
+}
+
+/// An error of building what [`open`] read, placed in its file.
+pub fn placed(error: SceneError, name_or_path: &str) -> SceneError {
+    match builtin::source(name_or_path) {
         Some(_) => error,
         None => error.in_file(name_or_path),
-    })
+    }
 }
 
 /// Loads a scene into a builder, which still can be changed.

@@ -4,6 +4,7 @@ use crate::builder::{CameraSettings, MeshData, SceneBuilder};
 use crate::material::MaterialId;
 use crate::needs::Skip;
 use crate::scene::Scene;
+use crate::texture::Texture;
 use glam::{DVec3, dvec3};
 use sampling::bsdf::Lambert;
 use sampling::math::Spectrum;
@@ -57,7 +58,7 @@ pub(crate) fn add_room(builder: &mut SceneBuilder, low: DVec3, high: DVec3, mate
     }
 }
 
-/// A closed bumpy ball around the origin, of `2·n²`-odd triangles with shared vertices; radius about 1.
+/// A closed bumpy ball around the origin, about 4·n² triangles with shared vertices; radius about 1.
 pub(crate) fn bumpy_ball(n: usize) -> MeshData {
     use std::f64::consts::PI;
     let place = |theta: f64, phi: f64| {
@@ -86,6 +87,11 @@ pub(crate) fn bumpy_ball(n: usize) -> MeshData {
         }
     }
     MeshData { positions, triangles, ..MeshData::default() }
+}
+
+/// A ramp along the z axis through the origin, per metre.
+pub(crate) fn ramp_z(base: Spectrum, slope: Spectrum) -> Texture {
+    Texture::Ramp { base, slope, axis: Vec3::Z, origin: Vec3::ZERO, scale: 1.0 }
 }
 
 /// Builds, and panics with the message if that fails.

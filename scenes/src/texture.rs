@@ -1,7 +1,7 @@
 //! Values that vary over surfaces.
 
+use sampling::Vec3;
 use sampling::math::Spectrum;
-use sampling::{Vec3, vec3};
 
 /// A value given at every point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,20 +86,15 @@ impl From<f32> for Texture {
     }
 }
 
-impl Texture {
-    /// A ramp along the z axis through the origin, per metre.
-    pub fn ramp_z(base: Spectrum, slope: Spectrum) -> Self {
-        Texture::Ramp { base, slope, axis: Vec3::Z, origin: vec3(0.0, 0.0, 0.0), scale: 1.0 }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_support::ramp_z;
+    use sampling::vec3;
 
     #[test]
     fn a_ramp_is_linear_and_bounded_by_its_range() {
-        let ramp = Texture::ramp_z(Spectrum::splat(0.5), Spectrum::splat(0.4));
+        let ramp = ramp_z(Spectrum::splat(0.5), Spectrum::splat(0.4));
         assert!((ramp.at(vec3(9.0, 9.0, 0.5)).to_array()[0] - 0.7).abs() < 1e-6);
         let (low, high) = ramp.range_in_ball(Vec3::ZERO, 1.0);
         assert!((low - 0.1).abs() < 1e-6 && (high - 0.9).abs() < 1e-6);
@@ -107,7 +102,7 @@ mod tests {
 
     #[test]
     fn recentring_moves_the_ramp_with_the_scene() {
-        let ramp = Texture::ramp_z(Spectrum::ZERO, Spectrum::ONE);
+        let ramp = ramp_z(Spectrum::ZERO, Spectrum::ONE);
         let moved = ramp.recentred(glam::dvec3(0.0, 0.0, 5.0));
         assert_eq!(ramp.at(vec3(0.0, 0.0, 7.0)), moved.at(vec3(0.0, 0.0, 2.0)));
     }

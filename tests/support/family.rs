@@ -16,7 +16,8 @@
 //! 1.5 γ must be below `(6 ln(1/level))^(−1/2)`, about 0.1. Since γ is at least the relative error, what rests on fewer than
 //! some two hundred contributions is inconclusive.
 
-use super::{Estimate, seed};
+use super::estimate::{Estimate, ROUNDING};
+use super::seed;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// The probability with which a family of comparisons raises a false alarm, if all its null hypotheses hold. A third of it is
@@ -59,11 +60,10 @@ impl Comparison {
         self.a.error.hypot(self.b.error)
     }
 
-    /// The difference in standard errors. Rounding of `f32` values neither shrinks with the samples nor shows in their
-    /// variance; it is taken off.
+    /// The difference in standard errors, less [`ROUNDING`].
     fn t(&self) -> f64 {
         let (a, b) = (self.a.mean, self.b.mean);
-        let rounding = 4.0 * f32::EPSILON as f64 * a.abs().max(b.abs());
+        let rounding = ROUNDING * a.abs().max(b.abs());
         let difference = ((a - b).abs() - rounding).max(0.0).copysign(a - b);
         if difference == 0.0 { 0.0 } else { difference / self.error() }
     }
@@ -76,13 +76,17 @@ impl Comparison {
     }
 
     /// The skewness γ that makes it more likely that one estimate is far below the other: that of the lower towards small
-    /// values, and that of the higher towards large ones.
+    /// values, and that of the higher towards large ones, each by its share in the difference. If the two means are equal,
+    /// the lower one's error is too small by as much as its mean.
     fn lean(&self, low: Estimate, high: Estimate) -> f64 {
-        let share = |e: Estimate| if e.error == 0.0 { 0.0 } else { (e.error / self.error()).powi(3) };
-        match low.lean() {
-            lean if lean.is_infinite() => lean,
-            lean => UNSEEN * (lean.max(0.0) * share(low) + (-high.skewness).max(0.0) * share(high)),
+        let lean = low.lean();
+        if lean.is_infinite() || self.error() == 0.0 {
+            return lean;
         }
+        let error = low.error * (high.mean / low.mean).max(1.0);
+        let both = error.hypot(high.error);
+        let (share_low, share_high) = ((error / both).powi(3), (high.error / both).powi(3));
+        UNSEEN * (lean.max(0.0) * share_low + (-high.skewness).max(0.0) * share_high)
     }
 
     /// The skewness on the side that the difference lies on.
@@ -97,12 +101,7 @@ impl Comparison {
 
     /// The normal score of the difference: where it stands in a normal distribution if it is where it is in Student's.
     fn z(&self) -> f64 {
-        let t = self.t();
-        if t == 0.0 || t.is_infinite() {
-            return t.clamp(-FAR, FAR);
-        }
-        let tail = StudentsT::new(0.0, 1.0, self.freedom()).unwrap().cdf(-t.abs());
-        Normal::standard().inverse_cdf(tail.max(1e-300)).abs().min(FAR).copysign(t)
+        score(self.t(), self.freedom())
     }
 
     /// The p-value.
@@ -120,7 +119,8 @@ impl Comparison {
 
     /// Whether some difference to either side would be significant.
     pub fn is_conclusive(&self, level: f64) -> bool {
-        self.is_of_nothing() || self.p() < level || p_of(FAR, self.lean_most()) < level
+        let known = self.error() <= ROUNDING * self.a.mean.abs().min(self.b.mean.abs());
+        self.is_of_nothing() || known || self.p() < level || p_of(FAR, self.lean_most()) < level
     }
 
     /// Relative difference that is significant with probability [`POWER`], to either side.
@@ -128,15 +128,14 @@ impl Comparison {
         if self.error() == 0.0 {
             return 0.0;
         }
-        let lean = self.lean_most();
-        let (mut low, mut high) = (0.0, FAR);
+        let (lean, freedom) = (self.lean_most(), self.freedom());
+        let (mut low, mut high) = (0.0, 1e3);
         for _ in 0..60 {
-            let middle = (low + high) / 2.0;
-            if p_of(middle, lean) < level { high = middle } else { low = middle }
+            let t = (low + high) / 2.0;
+            if p_of(score(t, freedom), lean) < level { high = t } else { low = t }
         }
-        let student = StudentsT::new(0.0, 1.0, self.freedom()).unwrap();
-        let t = -student.inverse_cdf(Normal::standard().cdf(-high));
-        (t + Normal::standard().inverse_cdf(POWER)) * self.error() / self.a.mean.abs().max(self.b.mean.abs())
+        let power = Normal::standard().inverse_cdf(POWER);
+        (high + power) * self.error() / self.a.mean.abs().max(self.b.mean.abs())
     }
 
     fn line(&self, level: f64) -> String {
@@ -155,6 +154,15 @@ impl Comparison {
             self.p()
         )
     }
+}
+
+/// The number that is as unlikely in a normal distribution as `t` is in Student's.
+fn score(t: f64, freedom: f64) -> f64 {
+    if t == 0.0 || t.is_infinite() {
+        return t.clamp(-FAR, FAR);
+    }
+    let tail = StudentsT::new(0.0, 1.0, freedom).unwrap().cdf(-t.abs());
+    Normal::standard().inverse_cdf(tail.max(1e-300)).abs().min(FAR).copysign(t)
 }
 
 /// The p-value of a normal score on a side of this skewness.
@@ -199,8 +207,13 @@ impl Family {
     /// share `conclusive` of the blocks is conclusive, or nothing was compared.
     pub fn verdict(&self, conclusive: f64) -> Result<(), String> {
         let parts = [&self.images, &self.blocks, &self.spare].map(|comparisons| Part::new(comparisons, self.rate));
-        let [images, blocks, spare] = &parts;
-        println!("{}\n  images: {images}\n  blocks: {blocks}\n  spare: {spare}", self.name);
+        let [images, blocks, _] = &parts;
+        println!("{}", self.name);
+        for (part, name) in
+            parts.iter().zip(["images", "blocks", "spare"]).filter(|(part, _)| !part.comparisons.is_empty())
+        {
+            println!("  {name}: {part}");
+        }
         self.images.iter().for_each(|c| println!("{}", c.line(images.level)));
         if self.images.is_empty() {
             return Err(format!("{}: nothing was compared", self.name));
@@ -279,7 +292,10 @@ impl std::fmt::Display for Part<'_> {
         let beyond = |x: f64| 100.0 * z.iter().filter(|z| z.abs() > x).count() as f64 / z.len() as f64;
         let p = self.comparisons.iter().map(Comparison::p).fold(1.0, f64::min);
         let [least, low, middle, high, greatest] = [0.0, 0.25, 0.5, 0.75, 1.0].map(quantile);
-        write!(f, ", smallest p {p:.1e}; z from {least:+.2} to {greatest:+.2}, quartiles {low:+.2} {middle:+.2} {high:+.2}, ")?;
+        write!(
+            f,
+            ", smallest p {p:.1e}; z from {least:+.2} to {greatest:+.2}, quartiles {low:+.2} {middle:+.2} {high:+.2}, "
+        )?;
         let [one, two, three] = [1.0, 2.0, 3.0].map(beyond);
         write!(f, "|z| > 1, 2, 3: {one:.1} %, {two:.1} %, {three:.2} % (normal: 31.7 %, 4.6 %, 0.27 %)")
     }

@@ -21,7 +21,7 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// A method of the list with its default settings and so many stratified samples per pixel in each of 64 replicates.
+    /// A method of the list with its default settings and 64 times so many stratified samples per pixel.
     pub fn new(name: &'static str, samples: u32) -> Self {
         Self { label: name, name, settings: json!({}), samples, decides: 0..=usize::MAX }
     }
@@ -68,7 +68,11 @@ pub fn agree(title: &str, scene: &Scene, max_order: usize, entries: &[Entry], co
                 let decides = [a, b].iter().all(|entry| entry.decides.contains(&order));
                 let pair = |pixels: &[usize]| [rendered_a, rendered_b].map(|r| r.over(order, pixels));
                 let [of_a, of_b] = pair(&pixels);
-                if decides { family.image(&label, of_a, of_b) } else { family.spare(&label, of_a, of_b) }
+                if decides {
+                    family.image(&label, of_a, of_b)
+                } else {
+                    family.spare(&label, of_a, of_b)
+                }
                 for (block, pixels) in blocks.iter().enumerate() {
                     let [of_a, of_b] = pair(pixels);
                     let label = format!("{label} block {block}");
@@ -89,21 +93,25 @@ fn blocks_of(rendered: &Rendered, pixels: &[usize]) -> Vec<Vec<usize>> {
 }
 
 /// The pixels whose light both methods carry. With a pinhole, light tracing loses the paths whose last scattering is by a
-/// delta lobe: it is compared where every camera ray first meets a surface without one.
+/// delta lobe.
 fn pixels_of_both(scene: &Scene, a: &Entry, b: &Entry) -> Vec<usize> {
-    let (width, height) = (scene.camera.width(), scene.camera.height());
-    let pixels = 0..(width * height) as usize;
-    if !scene.facts.delta_lobes || [a, b].iter().all(|entry| entry.name != "light") {
-        return pixels.collect();
+    if [a, b].iter().any(|entry| entry.name == "light") {
+        return pixels_without_delta(scene);
     }
+    (0..(scene.camera.width() * scene.camera.height()) as usize).collect()
+}
+
+/// The pixels in which every camera ray first meets a surface without delta lobes, or nothing.
+pub fn pixels_without_delta(scene: &Scene) -> Vec<usize> {
     const RAYS: usize = 32;
+    let (width, height) = (scene.camera.width() as usize, scene.camera.height() as usize);
     let meets_delta = |pixel: usize| {
         (0..RAYS * RAYS).any(|i| {
             let within = vec2((i % RAYS) as f32, (i / RAYS) as f32) / (RAYS as f32 - 0.5);
-            let corner = vec2((pixel % width as usize) as f32, (pixel / width as usize) as f32);
+            let corner = vec2((pixel % width) as f32, (pixel / width) as f32);
             let hit = scene.intersect(&scene.camera.sample_we(corner + within, Vec2::ZERO).ray);
             hit.is_some_and(|hit| hit.bsdf.lobes().intersects(Lobes::DELTA))
         })
     };
-    pixels.filter(|&pixel| !meets_delta(pixel)).collect()
+    (0..width * height).filter(|&pixel| !(scene.needs.delta_lobes && meets_delta(pixel))).collect()
 }

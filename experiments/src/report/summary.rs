@@ -128,7 +128,8 @@ fn agreement(rows: &[&AgreementRow]) -> Vec<Sentence> {
         return Vec::new();
     }
     let with = |verdict: Verdict| rows.iter().filter(move |r| r.verdict == verdict).copied();
-    let compared: Vec<&AgreementRow> = rows.iter().filter(|r| r.verdict != Verdict::Incomparable).copied().collect();
+    let decided = |r: &&&AgreementRow| !matches!(r.verdict, Verdict::Incomparable | Verdict::Inconclusive);
+    let compared: Vec<&AgreementRow> = rows.iter().filter(decided).copied().collect();
     let differ: Vec<&AgreementRow> = with(Verdict::Differ).collect();
     let mut sentences = Vec::new();
     if !differ.is_empty() {
@@ -166,6 +167,10 @@ fn agreement(rows: &[&AgreementRow]) -> Vec<Sentence> {
             String::new()
         };
         sentences.push(plain(format!("Methods agree in all {} comparisons, order by order.{power}", compared.len())));
+    }
+    let open = with(Verdict::Inconclusive).count();
+    if open > 0 {
+        sentences.push(plain(format!("{open} comparisons decide nothing: too few contributions arrived.")));
     }
     let apart = with(Verdict::Incomparable).count();
     if apart > 0 {

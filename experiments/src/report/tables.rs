@@ -121,6 +121,7 @@ fn verdict_cell(m: &mut Markup, row: Option<&AgreementRow>) {
         Verdict::Equal => ("agree", "no variance".to_owned()),
         Verdict::Differ if row.rejected > 0 => ("differ", format!("{} of {} blocks", row.rejected, row.blocks)),
         Verdict::Differ => ("differ", format!("t = {}", short(row.t))),
+        Verdict::Inconclusive => ("inconclusive", String::new()),
         Verdict::Incomparable => ("incomparable", String::new()),
     };
     m.element("td", &[("class", &class)], |m| {

@@ -165,7 +165,12 @@ fn a_deep_tree_is_still_searched() {
     assert!(matches!(accel.closest(&ray), Some(Hit::Triangle { id: 0, .. })));
     let coincident = vec![triangles[0]; 5000];
     let accel = Accel::build(&coincident, Vec::new(), Vec3::ZERO, Skip::Unneeded);
-    assert!(matches!(accel.closest(&ray), Some(Hit::Triangle { id: 0, .. })));
+    assert!(matches!(accel.closest(&ray), Some(Hit::Triangle { id: 0, .. })) && accel.any(&ray));
+    assert!(accel.depth <= tree::DEEPEST);
+    let balls = vec![Sphere { center: Vec3::ZERO, radius: 1.0, flipped: false }; 3000];
+    let accel = Accel::build(&coincident, balls, Vec3::ZERO, Skip::Unneeded);
+    assert!(matches!(accel.closest(&ray), Some(Hit::Sphere { id: 0, .. })) && accel.any(&ray));
+    assert!(accel.depth <= tree::DEEPEST);
 }
 
 #[test]

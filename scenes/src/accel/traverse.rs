@@ -1,15 +1,16 @@
 //! The way of a ray through the tree.
 
 use super::query::Query;
-use super::tree::{Child, LEAF, Node, WIDTH};
+use super::tree::{Child, DEEPEST, LEAF, Node, WIDTH};
 use super::{Accel, Best, SPHERE, meets_block, meets_sphere};
 use crate::ray::{Ray, UNIT_ROUNDOFF};
 use glam::{Vec3, Vec4};
 
-/// Entries of the stack: three for each level of all but degenerate trees.
-const STACK: usize = 64;
-/// Entries of the stack for degenerate trees.
-const DEEP_STACK: usize = 4096;
+/// Entries of the stack, three for each level of a tree of some million triangles. It is cleared for every ray, so that a
+/// smaller one is faster.
+const STACK: usize = 48;
+/// Entries of the stack for any tree.
+const DEEP_STACK: usize = 3 * DEEPEST + 1;
 
 /// Far planes are moved away by the rounding of both distances \[Ize13\].
 const FAR: f32 = 1.0 + 8.0 * UNIT_ROUNDOFF;

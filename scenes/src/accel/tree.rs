@@ -9,7 +9,8 @@ use glam::{Vec3A, Vec4};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::ploc::PlocBuilder;
 use rayon::prelude::*;
 use sampling::Vec3;
 
@@ -29,18 +30,26 @@ pub(super) struct Node {
 /// Number of children of a node.
 pub(super) const WIDTH: usize = 4;
 
+/// Below this many levels what is left is cut into equal parts: a tree over surfaces that lie in one place can be a chain.
+const SHAPED_LEVELS: usize = 48;
+/// No tree has more levels: those cut into equal parts hold four times as many primitives each.
+pub(super) const DEEPEST: usize = SHAPED_LEVELS + 16;
+
 /// Builds the tree over at least one primitive.
 pub(super) fn build(triangles: &[Triangle], spheres: Vec<Sphere>, eye: Vec3) -> Accel {
     let pairs = pair_up(triangles);
     let boxes = boxes_of(&pairs, &spheres);
-    let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::medium_build() };
-    let binary = build_bvh2(&boxes, params, &mut std::time::Duration::default());
+    let groups = Groups::of(&boxes);
+    let distinct: Vec<Aabb> = groups.iter().map(|group| boxes[group[0] as usize]).collect();
+    let binary = build_binary(&distinct);
     let extent = boxes.iter().fold(eye.abs().max_element(), |extent, aabb| {
         extent.max(aabb.min.abs().max_element()).max(aabb.max.abs().max_element())
     });
     let mut collapse = Collapse {
         binary: &binary,
+        groups: &groups,
         pairs: &pairs,
+        boxes: &boxes,
         sizes: vec![0; binary.nodes.len()],
         // Shearing moves vertices by a few roundings of their distance to the ray's origin: boxes must hold them still.
         padding: Vec3A::splat(8.0 * UNIT_ROUNDOFF * extent),
@@ -49,9 +58,55 @@ pub(super) fn build(triangles: &[Triangle], spheres: Vec<Sphere>, eye: Vec3) -> 
     collapse.measure(0);
     // The root of the wide tree is node 0; a tree of one leaf gets a root with one child.
     collapse.accel.nodes.push(Node::empty());
-    let opened = if collapse.leaf(0) { vec![0] } else { collapse.open(0) };
+    let opened = if binary.nodes[0].is_leaf() || collapse.leaf(0) { vec![0] } else { collapse.open(0) };
     collapse.fill(0, &opened, 1);
     collapse.accel
+}
+
+/// Primitives with the very same box, together: the builder would need quadratic time for many of them.
+struct Groups {
+    order: Vec<u32>,
+    /// Where each group begins, and the end.
+    starts: Vec<u32>,
+}
+
+impl Groups {
+    fn of(boxes: &[Aabb]) -> Self {
+        let key = |index: u32| {
+            let aabb = &boxes[index as usize];
+            (aabb.min.to_array().map(f32::to_bits), aabb.max.to_array().map(f32::to_bits), index)
+        };
+        let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
+        order.par_sort_unstable_by_key(|&index| key(index));
+        let begins = |&at: &usize| at == 0 || boxes[order[at] as usize] != boxes[order[at - 1] as usize];
+        let starts = (0..order.len()).filter(begins).chain([order.len()]).map(|at| at as u32).collect();
+        Groups { order, starts }
+    }
+
+    fn get(&self, group: u32) -> &[u32] {
+        &self.order[self.starts[group as usize] as usize..self.starts[group as usize + 1] as usize]
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        (0..self.starts.len() as u32 - 1).map(|group| self.get(group))
+    }
+}
+
+/// The binary tree, one box a leaf: the medium preset of `obvhs` without its collapsing.
+fn build_binary(boxes: &[Aabb]) -> Bvh2 {
+    let preset = BvhBuildParams::medium_build();
+    let mut binary = PlocBuilder::with_capacity(boxes.len()).build(
+        preset.ploc_search_distance,
+        boxes,
+        (0..boxes.len() as u32).collect(),
+        preset.sort_precision,
+        preset.search_depth_threshold,
+    );
+    let mut optimizer = ReinsertionOptimizer::default();
+    for share in [1.0, preset.post_collapse_reinsertion_batch_ratio_multiplier] {
+        optimizer.run(&mut binary, preset.reinsertion_batch_ratio * share, None);
+    }
+    binary
 }
 
 fn boxes_of(pairs: &[Pair], spheres: &[Sphere]) -> Vec<Aabb> {
@@ -77,7 +132,9 @@ impl Node {
 
 struct Collapse<'a> {
     binary: &'a Bvh2,
+    groups: &'a Groups,
     pairs: &'a [Pair],
+    boxes: &'a [Aabb],
     /// Number of pairs under each binary node; more than a block holds if one of them is a sphere.
     sizes: Vec<u32>,
     padding: Vec3A,
@@ -85,9 +142,11 @@ struct Collapse<'a> {
 }
 
 impl Collapse<'_> {
+    /// The primitives of a binary leaf.
     fn primitives(&self, index: usize) -> &[u32] {
         let node = &self.binary.nodes[index];
-        &self.binary.primitive_indices[node.first_index as usize..(node.first_index + node.prim_count) as usize]
+        debug_assert_eq!(node.prim_count, 1);
+        self.groups.get(self.binary.primitive_indices[node.first_index as usize])
     }
 
     fn measure(&mut self, root: usize) {
@@ -104,8 +163,9 @@ impl Collapse<'_> {
         for &index in order.iter().rev() {
             let node = &self.binary.nodes[index];
             self.sizes[index] = if node.is_leaf() {
-                let spheres = self.primitives(index).iter().any(|&p| p as usize >= self.pairs.len());
-                if spheres { PAIRS as u32 + 1 } else { node.prim_count }
+                let primitives = self.primitives(index);
+                let spheres = primitives.iter().any(|&p| p as usize >= self.pairs.len());
+                if spheres { PAIRS as u32 + 1 } else { primitives.len() as u32 }
             } else {
                 let first = node.first_index as usize;
                 self.sizes[first].saturating_add(self.sizes[first + 1])
@@ -115,7 +175,8 @@ impl Collapse<'_> {
 
     /// True if all under a binary node fits in one leaf.
     fn leaf(&self, index: usize) -> bool {
-        self.sizes[index] as usize <= PAIRS || self.binary.nodes[index].is_leaf()
+        let single = || self.binary.nodes[index].is_leaf() && self.primitives(index).len() == 1;
+        self.sizes[index] as usize <= PAIRS || single()
     }
 
     /// The binary nodes that become the children of the wide node for an inner binary node: the largest is opened again
@@ -125,7 +186,7 @@ impl Collapse<'_> {
         let mut opened = vec![first, first + 1];
         while opened.len() < WIDTH {
             let area = |i: usize| self.binary.nodes[i].aabb().half_area();
-            let inner = (0..opened.len()).filter(|&i| !self.leaf(opened[i]));
+            let inner = (0..opened.len()).filter(|&i| !self.leaf(opened[i]) && !self.binary.nodes[opened[i]].is_leaf());
             let Some(largest) = inner.max_by(|&a, &b| area(opened[a]).total_cmp(&area(opened[b]))) else { break };
             let first = self.binary.nodes[opened[largest]].first_index as usize;
             opened[largest] = first;
@@ -139,28 +200,55 @@ impl Collapse<'_> {
         self.accel.depth = self.accel.depth.max(depth);
         for (lane, &index) in opened.iter().enumerate() {
             let child = if self.leaf(index) {
-                self.emit_leaf(index)
+                let primitives = self.gather(index);
+                self.emit_leaf(&primitives)
+            } else if depth == SHAPED_LEVELS || self.binary.nodes[index].is_leaf() {
+                let primitives = self.gather(index);
+                self.cut_evenly(&primitives, depth + 1)
             } else {
-                self.accel.nodes.push(Node::empty());
-                let child = self.accel.nodes.len() - 1;
+                let child = self.new_node();
                 let below = self.open(index);
                 self.fill(child, &below, depth + 1);
                 child as Child
             };
-            let aabb = self.binary.nodes[index].aabb();
-            let (low, high) = (aabb.min - self.padding, aabb.max + self.padding);
-            let node = &mut self.accel.nodes[wide];
-            node.children[lane] = child;
-            for axis in 0..3 {
-                node.planes[axis][0][lane] = low[axis];
-                node.planes[axis][1][lane] = high[axis];
-            }
+            self.place(wide, lane, child, self.binary.nodes[index].aabb());
         }
     }
 
-    /// Lays down the triangles under a binary node as a block, or its one sphere.
-    fn emit_leaf(&mut self, index: usize) -> Child {
-        let mut found = Vec::with_capacity(PAIRS);
+    /// A child over these primitives, which are shared out in the order they come in.
+    fn cut_evenly(&mut self, primitives: &[u32], depth: usize) -> Child {
+        let fits = primitives.len() <= PAIRS && primitives.iter().all(|&p| (p as usize) < self.pairs.len());
+        if fits || primitives.len() == 1 {
+            return self.emit_leaf(primitives);
+        }
+        self.accel.depth = self.accel.depth.max(depth);
+        let wide = self.new_node();
+        for (lane, part) in primitives.chunks(primitives.len().div_ceil(WIDTH)).enumerate() {
+            let child = self.cut_evenly(part, depth + 1);
+            let aabb = part.iter().fold(Aabb::INVALID, |aabb, &p| aabb.union(&self.boxes[p as usize]));
+            self.place(wide, lane, child, &aabb);
+        }
+        wide as Child
+    }
+
+    fn new_node(&mut self) -> usize {
+        self.accel.nodes.push(Node::empty());
+        self.accel.nodes.len() - 1
+    }
+
+    fn place(&mut self, wide: usize, lane: usize, child: Child, aabb: &Aabb) {
+        let (low, high) = (aabb.min - self.padding, aabb.max + self.padding);
+        let node = &mut self.accel.nodes[wide];
+        node.children[lane] = child;
+        for axis in 0..3 {
+            node.planes[axis][0][lane] = low[axis];
+            node.planes[axis][1][lane] = high[axis];
+        }
+    }
+
+    /// The primitives under a binary node.
+    fn gather(&self, index: usize) -> Vec<u32> {
+        let mut found = Vec::new();
         let mut pending = vec![index];
         while let Some(index) = pending.pop() {
             let node = &self.binary.nodes[index];
@@ -170,12 +258,17 @@ impl Collapse<'_> {
                 pending.extend([node.first_index as usize, node.first_index as usize + 1]);
             }
         }
-        if let [only] = found[..]
+        found
+    }
+
+    /// Lays down pairs of triangles as a block, or one sphere.
+    fn emit_leaf(&mut self, primitives: &[u32]) -> Child {
+        if let [only] = *primitives
             && only as usize >= self.pairs.len()
         {
             return LEAF | SPHERE | (only - self.pairs.len() as u32);
         }
-        let pairs: Vec<Pair> = found.iter().map(|&pair| self.pairs[pair as usize]).collect();
+        let pairs: Vec<Pair> = primitives.iter().map(|&pair| self.pairs[pair as usize]).collect();
         self.accel.blocks.push(Block::new(&pairs));
         LEAF | (self.accel.blocks.len() - 1) as Child
     }

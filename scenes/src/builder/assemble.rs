@@ -38,7 +38,9 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
     if parts.degenerate > 0 {
         builder.notes.push(format!("{} triangles without area were left out", parts.degenerate));
     }
-    let hash = hash(&parts.content(environment, &camera));
+    // Skips change no image, so the hash is taken of what was given.
+    let given = materials(&builder.materials, shift, Skip::Unneeded);
+    let hash = hash(&parts.content(&given, environment, &camera));
     let (needs, facts) = (parts.needs(skip), parts.needs(Skip::Unneeded));
     let accel = Accel::build(&parts.triangles, parts.spheres, camera.position(), skip);
     Ok(Scene {
@@ -46,7 +48,7 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
         camera,
         needs,
         facts,
-        choice: EmitterChoice::new(&parts.emitters, skip),
+        choice: EmitterChoice::new(&parts.emitters, skip)?,
         emitters: parts.emitters,
         environment,
         notes: builder.notes,

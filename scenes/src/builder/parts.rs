@@ -234,7 +234,12 @@ impl Parts {
     }
 
     /// What the scene's hash is taken of.
-    pub fn content<'a>(&'a self, environment: Option<EmitterId>, camera: &'a Camera) -> Content<'a> {
+    pub fn content<'a>(
+        &'a self,
+        materials: &'a [Material],
+        environment: Option<EmitterId>,
+        camera: &'a Camera,
+    ) -> Content<'a> {
         Content {
             triangles: &self.triangles,
             infos: &self.infos,
@@ -242,7 +247,7 @@ impl Parts {
             sphere_surfaces: &self.sphere_surfaces,
             surfaces: &self.surfaces,
             attributes: &self.attributes,
-            materials: &self.materials,
+            materials,
             emitters: &self.emitters,
             environment,
             camera,

@@ -1,5 +1,5 @@
 use super::*;
-use crate::test_support::{add_room, built, bumpy_ball, grey_builder};
+use crate::test_support::{add_room, built, bumpy_ball, grey_builder, ramp_z};
 use crate::texture::Texture;
 use glam::dvec3;
 use sampling::bsdf::{Lambert, Mirror};
@@ -76,14 +76,14 @@ fn what_is_wrong_is_told() {
     refused(
         with(&|b, m| {
             let shape = b.sphere(DVec3::ZERO, 1.0, m);
-            let radiance = Texture::ramp_z(Spectrum::ONE, Spectrum::splat(2.0));
+            let radiance = ramp_z(Spectrum::ONE, Spectrum::splat(2.0));
             b.emit(shape, Emission { radiance, two_sided: false });
         }),
         "radiance",
     );
     refused(
         with(&|b, _| {
-            let albedo = Texture::ramp_z(Spectrum::splat(0.5), Spectrum::splat(0.6));
+            let albedo = ramp_z(Spectrum::splat(0.5), Spectrum::splat(0.6));
             let ramp = b.material(Material::Lambert { albedo });
             b.sphere(DVec3::ZERO, 1.0, ramp);
         }),
@@ -126,6 +126,16 @@ fn the_hash_knows_what_an_image_depends_on() {
         assert_ne!(*hash, plain, "{i}");
         assert!(!others[..i].contains(hash), "{i}");
     }
+}
+
+#[test]
+fn the_hash_does_not_depend_on_skips() {
+    let hashes = [Skip::Unneeded, Skip::Nothing].map(|skip| {
+        let (mut builder, grey) = grey_builder("hashed");
+        builder.sphere(DVec3::ZERO, 1.0, grey);
+        built(builder, skip).hash
+    });
+    assert_eq!(hashes[0], hashes[1]);
 }
 
 #[test]

@@ -66,8 +66,8 @@ pub(super) fn read<'a>(root: &Table<'a>, builder: &mut SceneBuilder) -> Result<M
 ///   complex index;
 /// - `rough_dielectric { eta }`: ground glass.
 ///
-/// The rough ones take either `roughness` in 0…1, with α = roughness², or `alpha` itself, a number or `[along u, along
-/// v]`. At 0 they are the smooth models: mirror and dielectric.
+/// The rough ones take either `roughness` in 0…1, with α = roughness², or `alpha` itself. At 0 they are the smooth models:
+/// mirror and dielectric. α is the same all round: surfaces have no tangents along which a lobe could lie.
 fn read_material(table: &Table, builder: &mut SceneBuilder) -> Result<Material, SceneError> {
     Ok(match kind(table, &["lambert", "mirror", "dielectric", "rough_conductor", "rough_dielectric"])? {
         "lambert" => {
@@ -94,7 +94,7 @@ fn read_material(table: &Table, builder: &mut SceneBuilder) -> Result<Material, 
             table.allow_only(&["type", "eta", "roughness", "alpha"])?;
             let eta = index(table)?;
             match alpha(table)? {
-                Some([x, y]) => Bsdf::from(RoughDielectric::new(eta, x, y)).into(),
+                Some(alpha) => Bsdf::from(RoughDielectric::new(eta, alpha, alpha)).into(),
                 None => Bsdf::from(Dielectric { eta }).into(),
             }
         }
@@ -116,7 +116,7 @@ fn rough_conductor(table: &Table, builder: &mut SceneBuilder) -> Result<Bsdf, Sc
         }
         let reflectance = value.colour_in(0.0..=1.0, ALBEDO)?;
         return Ok(match alpha {
-            Some([x, y]) => RoughConductor::from_reflectance(reflectance, x, y).into(),
+            Some(alpha) => RoughConductor::from_reflectance(reflectance, alpha, alpha).into(),
             None => Mirror { reflectance }.into(),
         });
     }
@@ -124,7 +124,7 @@ fn rough_conductor(table: &Table, builder: &mut SceneBuilder) -> Result<Bsdf, Sc
     let eta = table.need("eta", "[0.2, 0.9, 1.1]")?.colour_in(positive, "an index of refraction is above 0")?;
     let k = table.need("k", "[3.9, 2.5, 2.1]")?.colour_in(0.0..=1e3, "an extinction index is at least 0")?;
     Ok(match alpha {
-        Some([x, y]) => RoughConductor::new(eta, k, x, y).into(),
+        Some(alpha) => RoughConductor::new(eta, k, alpha, alpha).into(),
         None => {
             builder.note(format!(
                 "{}: a smooth conductor reflects as a mirror of its reflectance at normal incidence, at every angle",
@@ -141,48 +141,33 @@ fn normal_reflectance(eta: Spectrum, k: Spectrum) -> Spectrum {
     ((eta - one) * (eta - one) + k * k) / ((eta + one) * (eta + one) + k * k)
 }
 
-/// The widths of the microfacet distribution along u and v, or `None` where the surface is smooth.
-fn alpha(table: &Table) -> Result<Option<[f32; 2]>, SceneError> {
+/// The width of the microfacet distribution, or `None` where the surface is smooth.
+fn alpha(table: &Table) -> Result<Option<f32>, SceneError> {
     let (value, alpha) = match (table.get("roughness"), table.get("alpha")) {
         (Some(_), Some(alpha)) => {
             return Err(alpha.error("give either `roughness` or `alpha`, which is roughness²"));
         }
         (Some(roughness), None) => {
             let alpha = unit(&roughness)?.powi(2);
-            (roughness, [alpha; 2])
+            (roughness, alpha)
         }
         (None, Some(alpha)) => {
-            let both = alpha_of(&alpha)?;
-            (alpha, both)
+            let width = unit(&alpha)?;
+            (alpha, width)
         }
         (None, None) => {
             return Err(table.error(format!("`{}` lacks `roughness`", table.name), "add for example `roughness = 0.3`"));
         }
     };
-    if (alpha[0] == 0.0) != (alpha[1] == 0.0) {
-        return Err(value.error("a surface is smooth along both u and v, or along neither"));
-    }
-    if alpha == [0.0; 2] {
+    if alpha == 0.0 {
         return Ok(None);
     }
-    let alpha = alpha.map(|a| a as f32);
-    if alpha.iter().any(|&a| a < Ggx::MIN_ALPHA) {
+    let alpha = alpha as f32;
+    if alpha < Ggx::MIN_ALPHA {
         let least = if table.get("alpha").is_some() { Ggx::MIN_ALPHA } else { Ggx::MIN_ALPHA.sqrt() };
         return Err(value.error(format!("give at least {least}, or 0 for a smooth surface")));
     }
     Ok(Some(alpha))
-}
-
-/// `alpha`: a number, or one along u and one along v.
-fn alpha_of(value: &Value) -> Result<[f64; 2], SceneError> {
-    if !value.is_array() {
-        return Ok([unit(value)?; 2]);
-    }
-    let items = value.array()?;
-    let [x, y] = items.as_slice() else {
-        return Err(value.error("it must be a number, or two: [along u, along v]"));
-    };
-    Ok([unit(x)?, unit(y)?])
 }
 
 fn unit(value: &Value) -> Result<f64, SceneError> {

@@ -1,6 +1,7 @@
 //! Which emitter to sample: in proportion to power.
 
 use super::{Emitter, EmitterId};
+use crate::error::SceneError;
 use crate::needs::Skip;
 use sampling::alias::AliasTable;
 use sampling::fault;
@@ -18,17 +19,20 @@ pub(crate) enum EmitterChoice {
 
 impl EmitterChoice {
     /// The choice among these emitters.
-    pub fn new(emitters: &[Emitter], skip: Skip) -> Self {
+    ///
+    /// # Errors
+    /// If the table cannot be made: there are too many emitters, or their powers overflow.
+    pub fn new(emitters: &[Emitter], skip: Skip) -> Result<Self, SceneError> {
         let powers: Vec<f64> = emitters.iter().map(Emitter::power).collect();
         let mut bright = powers.iter().enumerate().filter(|(_, power)| **power > 0.0);
-        match (bright.next(), bright.next()) {
+        Ok(match (bright.next(), bright.next()) {
             (None, _) => EmitterChoice::None,
             (Some((index, _)), None) if skip == Skip::Unneeded => EmitterChoice::One(EmitterId(index as u32)),
-            _ => match AliasTable::new(&powers) {
-                Ok(table) => EmitterChoice::Table(table),
-                Err(_) => EmitterChoice::None,
-            },
-        }
+            _ => EmitterChoice::Table(AliasTable::new(&powers).map_err(|error| {
+                let message = format!("there is no choosing among its {} emitters: {error}", emitters.len());
+                SceneError::invalid(message, "use fewer emitters, or radiances of a smaller range")
+            })?),
+        })
     }
 
     /// An emitter and the probability of choosing it.

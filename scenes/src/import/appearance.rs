@@ -15,7 +15,7 @@
 //! Where both Kd and Ks are above 0, the weaker is left out, and a note says so. Reflectances above 1 become 1, noted
 //! as well. `Ke` emits.
 
-use sampling::bsdf::{Bsdf, Dielectric, Lambert, Mirror, RoughConductor};
+use sampling::bsdf::{Bsdf, Dielectric, Ggx, Lambert, Mirror, RoughConductor};
 use sampling::math::Spectrum;
 
 use super::mtl::Statements;
@@ -85,6 +85,7 @@ fn scattering(stated: &Statements, notes: &mut Vec<String>) -> Bsdf {
         return Mirror { reflectance }.into();
     }
     let alpha = (2.0 / (stated.exponent.unwrap_or(10.0).max(0.0) + 2.0)).sqrt() as f32;
+    let alpha = alpha.max(Ggx::MIN_ALPHA);
     notes.push(format!("its highlight of exponent Ns becomes that of a GGX conductor of alpha {alpha:.3}"));
     RoughConductor::from_reflectance(reflectance, alpha, alpha).into()
 }

@@ -1,0 +1,67 @@
+//! Where walks start: at the camera, and at an emitter.
+
+use crate::measurement::Counters;
+use crate::method::Pixel;
+use sampling::Vec2;
+use sampling::math::Spectrum;
+use sampling::sampler::{Purpose, Sampler, Subpath};
+use scenes::{EmitterId, LeSample, Scene, WeSample};
+
+/// The start of a camera walk.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraStart {
+    /// Where on the film [pixels].
+    pub raster: Vec2,
+    /// The ray, its weight and densities.
+    pub sample: WeSample,
+}
+
+/// Starts a camera walk in a pixel.
+#[inline]
+pub fn start_camera(scene: &Scene, pixel: Pixel, sampler: &mut Sampler, counters: &mut Counters) -> CameraStart {
+    sampler.start_vertex(Subpath::Camera, 0);
+    let raster = raster_in(pixel, sampler.get_2d(Purpose::Film));
+    let lens = if scene.needs.pinhole { Vec2::ZERO } else { sampler.get_2d(Purpose::Lens) };
+    counters.camera_paths += 1;
+    CameraStart { raster, sample: scene.camera.sample_we(raster, lens) }
+}
+
+/// The film position of a sample within its pixel; it stays there where `f32` would round it into the next one.
+#[inline]
+fn raster_in(pixel: Pixel, u: Vec2) -> Vec2 {
+    let within = |first: u32, u: f32| (first as f32 + u).min(((first + 1) as f32).next_down());
+    Vec2::new(within(pixel.x, u.x), within(pixel.y, u.y))
+}
+
+/// The start of a light walk.
+#[derive(Clone, Copy, Debug)]
+pub struct LightStart {
+    /// The emitter.
+    pub emitter: EmitterId,
+    /// Probability with which it was chosen.
+    pub pmf: f32,
+    /// Its point and the ray.
+    pub sample: LeSample,
+}
+
+impl LightStart {
+    /// Weight of the walk on its first ray.
+    #[inline]
+    pub fn beta(&self) -> Spectrum {
+        let LeSample { le, cos, pdf_p, pdf_d, .. } = self.sample;
+        le * (cos / (self.pmf * pdf_p * pdf_d))
+    }
+}
+
+/// Starts a light walk; `None` where nothing is emitted.
+#[inline]
+pub fn start_light(scene: &Scene, sampler: &mut Sampler, counters: &mut Counters) -> Option<LightStart> {
+    sampler.start_vertex(Subpath::Light, 0);
+    let uc = if scene.needs.emitter_choice { sampler.get_1d(Purpose::EmitterChoice) } else { 0.0 };
+    let (emitter, pmf) = scene.choose_emitter(uc)?;
+    let u_p = sampler.get_2d(Purpose::EmitterPosition);
+    let u_d = sampler.get_2d(Purpose::EmitterDirection);
+    let sample = scene.sample_le(emitter, u_p, u_d)?;
+    counters.light_paths += 1;
+    Some(LightStart { emitter, pmf, sample })
+}

@@ -1,0 +1,91 @@
+//! Emitters of every kind, alone and together: all methods agree, order by order.
+//!
+//! False-alarm rate: 0.1 % for each test (Šidák over pairs, orders and blocks).
+
+use crate::support::{ALL, Budget, COLUMNS, Entry, Family, agree, lambert, measure, method, room, shining};
+use glam::{DVec3, dvec3};
+use sampling::math::Spectrum;
+use scenes::{Emission, Scene, SceneBuilder, Skip, Texture};
+
+/// All methods, with samples in the ratio of what they cost.
+fn entries(samples: u32) -> [Entry; 4] {
+    [
+        Entry::new("direct", samples),
+        Entry::new("path", samples).without_roulette(),
+        Entry::new("light", samples).without_roulette(),
+        Entry::new("bdpt", samples / 4),
+    ]
+}
+
+/// A lamp under the ceiling that shines downwards.
+fn ceiling_lamp(builder: &mut SceneBuilder, width: f64, emission: Emission) {
+    let black = builder.material(lambert(0.0));
+    let half = width / 2.0;
+    let lamp = builder.quad(dvec3(-half, 0.98, -half), DVec3::X * width, DVec3::Z * width, black);
+    builder.emit(lamp, emission);
+}
+
+#[test]
+fn point_emitter_in_a_room() {
+    let mut builder = room("point emitter in a room");
+    builder.point_emitter(dvec3(0.2, 0.4, 0.1), Spectrum::new(2.0, 1.0, 0.5));
+    let scene = builder.build(Skip::Unneeded).unwrap();
+    agree("point emitter in a room", &scene, 5, &entries(128), 0.9);
+}
+
+/// It hangs upright in the middle, lights both halves of the room, and its surface scatters too.
+#[test]
+fn two_sided_emitter() {
+    let mut builder = room("two-sided emitter");
+    let grey = builder.material(lambert(0.5));
+    let lamp = builder.quad(dvec3(-0.1, -0.5, -0.4), dvec3(0.2, 0.0, 0.5), dvec3(0.0, 0.6, 0.1), grey);
+    builder.emit(lamp, Emission { radiance: Texture::Constant(Spectrum::splat(3.0)), two_sided: true });
+    let scene = builder.build(Skip::Unneeded).unwrap();
+    agree("two-sided emitter", &scene, 5, &entries(128), 0.9);
+}
+
+/// An area emitter, a ball, a point and the environment, of powers that differ a hundredfold.
+#[test]
+fn every_kind_at_once() {
+    let mut builder = room("every kind at once");
+    ceiling_lamp(&mut builder, 0.4, shining(8.0));
+    let grey = builder.material(lambert(0.5));
+    let ball = builder.sphere(dvec3(0.5, -0.7, 0.2), 0.15, grey);
+    builder.emit(ball, shining(0.6));
+    builder.point_emitter(dvec3(-0.6, -0.5, 0.3), Spectrum::new(0.01, 0.02, 0.01));
+    builder.environment(Spectrum::splat(0.05));
+    let scene = builder.build(Skip::Unneeded).unwrap();
+    agree("every kind at once", &scene, 4, &entries(256), 0.9);
+}
+
+/// A lamp of fifty times the power, shut away in a box that lets nothing out, changes nothing but how rarely the other is
+/// chosen.
+#[test]
+fn a_strong_emitter_that_lights_nothing() {
+    let scene = |hidden: bool| -> Scene {
+        let mut builder = room("hidden emitter");
+        ceiling_lamp(&mut builder, 0.5, shining(4.0));
+        let black = builder.material(lambert(0.0));
+        builder.sphere(dvec3(0.4, -0.6, 0.1), 0.3, black);
+        if hidden {
+            let lamp = builder.sphere(dvec3(0.4, -0.6, 0.1), 0.2, black);
+            builder.emit(lamp, shining(100.0));
+        }
+        builder.build(Skip::Unneeded).unwrap()
+    };
+    let mut family = Family::new("hidden emitter");
+    let alone = measure(&scene(false), method("path").as_ref(), "alone", Budget::samples(64).up_to(3));
+    for name in ALL {
+        let method = method(name);
+        let samples = if name == "bdpt" { 128 } else { 512 };
+        let rendered = measure(&scene(true), method.as_ref(), name, Budget::samples(samples).up_to(3));
+        for order in method.orders(3) {
+            let label = format!("{name} order {order}");
+            family.image(&label, rendered.image(order), alone.image(order));
+            for (i, block) in rendered.blocks(COLUMNS).iter().enumerate() {
+                family.block(format!("{label} block {i}"), rendered.over(order, block), alone.over(order, block));
+            }
+        }
+    }
+    family.finish(0.8);
+}
