@@ -95,7 +95,7 @@ intensity = 1
 
 const EXPERIMENT: &str = "scenes = [\"furnace\"]\nspp = 8\nreplicates = 4\nmax_order = 2\nsize = [8, 8]\n\
     [[methods]]\nname = \"path\"\n[[methods]]\nname = \"bdpt\"\n\
-    [convergence]\nsize = [4, 4]\ncheckpoints = [1, 2]\nreplicates = 8\n";
+    [convergence]\nsize = [4, 4]\ncheckpoints = [1, 2]\nreplicates = 32\n";
 
 #[test]
 fn a_render_leaves_an_image_and_statistics_in_the_form_of_the_contract() {

@@ -13,7 +13,7 @@ fn entries(samples: u32) -> [Entry; 4] {
         Entry::new("direct", samples),
         Entry::new("path", samples).without_roulette(),
         Entry::new("light", samples).without_roulette(),
-        Entry::new("bdpt", samples / 4),
+        Entry::new("bdpt", samples / 4).without_roulette(),
     ]
 }
 

@@ -56,7 +56,7 @@ fn coarse_spheres_with_smooth_normals() {
         Entry::new("direct", 128),
         Entry::new("path", 256).without_roulette(),
         Entry::new("light", 256).without_roulette(),
-        Entry::new("bdpt", 64),
+        Entry::new("bdpt", 64).without_roulette(),
     ];
     agree("coarse spheres with smooth normals", &scene, 5, &entries, 0.99);
 }
@@ -76,7 +76,7 @@ fn glossy_cornell_box() {
         Entry::new("direct", 128),
         Entry::new("path", 256).without_roulette(),
         Entry::new("light", 256).without_roulette(),
-        Entry::new("bdpt", 64),
+        Entry::new("bdpt", 64).without_roulette(),
     ];
     agree("glossy Cornell box", &scene, 5, &entries, 0.9);
 }

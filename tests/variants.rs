@@ -22,7 +22,7 @@ fn scene() -> Scene {
 
 #[test]
 fn strategies_of_direct_lighting() {
-    let entry = |label, settings| Entry::new("direct", 512).with(label, settings);
+    let entry = |label, settings| Entry::new("direct", 256).with(label, settings);
     let entries = [
         entry("mis by power", json!({})),
         entry("mis by balance", json!({"mis": "balance"})),
@@ -45,11 +45,11 @@ fn techniques_of_path_tracing() {
 
 #[test]
 fn weights_of_bidirectional_path_tracing() {
-    let entry = |label, settings| Entry::new("bdpt", 64).with(label, settings);
+    let entry = |label, settings| Entry::new("bdpt", 48).with(label, settings);
     let entries = [
-        entry("mis by power", json!({})),
-        entry("mis by balance", json!({"mis": "balance"})),
-        entry("no emitter to camera", json!({"emitter_to_camera": false})),
+        entry("mis by power", json!({"roulette": "none"})),
+        entry("mis by balance", json!({"roulette": "none", "mis": "balance"})),
+        entry("no emitter to camera", json!({"roulette": "none", "emitter_to_camera": false})),
         entry("local roulette", json!({"roulette": "local"})),
     ];
     agree("weights of bidirectional path tracing", &scene(), 5, &entries, 0.99);

@@ -6,11 +6,11 @@
 //! Light that a method cannot carry is no disagreement: where one of a pair loses some path class of the order, the pair is
 //! marked [`Verdict::Incomparable`] and takes no part.
 
-use crate::path_class::least_order;
+use crate::path_class::carries;
 use crate::result::{AgreementRow, MethodResult, Verdict};
 use integrators::{Layer, Measurement};
 use sampling::moments::Moments;
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// The part of the differences found that may be false.
 pub const DISCOVERY_RATE: f64 = 0.01;
@@ -24,8 +24,6 @@ pub const POWER: f64 = 0.9;
 /// at 10 contributions in a block, 80 times at one, and none with this floor.) It is made from both methods' means and the
 /// variances of all blocks, never from the block's own variance.
 const FLOOR: f64 = 0.5;
-/// Contributions that the whole image of a replicate needs for its mean to be tested.
-const ENOUGH: f64 = 30.0;
 
 /// Two means compared with their variances [Welch 1947].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -162,6 +160,8 @@ struct Comparison<'a> {
     comparable: bool,
     means: (f64, f64),
     image: Welch,
+    /// The greater skewness of the two image means.
+    lean: f64,
     blocks: Vec<Welch>,
 }
 
@@ -172,21 +172,20 @@ impl<'a> Comparison<'a> {
             Layer::Tail => 2 * a.measurement.max_order + 2,
         };
         let rounding = rounding(order);
-        let (image_a, image_b) = (image_moments(&a.measurement, layer), image_moments(&b.measurement, layer));
-        let image = image_test((&image_a).into(), (&image_b).into(), rounding);
+        let (image_a, image_b) = (image_means(&a.measurement, layer), image_means(&b.measurement, layer));
+        let lean = lean(&image_a).max(lean(&image_b));
+        let (image_a, image_b): (Moments, Moments) = (image_a.into_iter().collect(), image_b.into_iter().collect());
+        let image = image_test((&image_a).into(), (&image_b).into(), rounding, lean);
         let blocks = block_tests(&a.measurement, &b.measurement, layer, rounding);
-        let mut missing = a.missing_light.iter().chain(&b.missing_light);
-        let comparable = match layer {
-            Layer::Order(k) => missing.all(|class| least_order(class) > k),
-            Layer::Tail => missing.next().is_none(),
-        };
-        Self { a, b, layer, comparable, means: (image_a.mean, image_b.mean), image, blocks }
+        let comparable =
+            [a, b].iter().all(|method| carries(&method.missing_light, Some(layer), method.measurement.max_order));
+        Self { a, b, layer, comparable, means: (image_a.mean, image_b.mean), image, lean, blocks }
     }
 
     /// All but what follows from the other comparisons.
     fn row(&self, level: f64) -> AgreementRow {
         let mean = (self.means.0.abs() + self.means.1.abs()) / 2.0;
-        let detectable_bias = if mean > 0.0 { detectable(&self.image, level) / mean } else { f64::INFINITY };
+        let detectable_bias = if mean > 0.0 { self.detectable(level) / mean } else { f64::INFINITY };
         AgreementRow {
             scene: self.a.scene.clone(),
             a: self.a.label.clone(),
@@ -204,31 +203,77 @@ impl<'a> Comparison<'a> {
         }
     }
 
+    /// Whether no difference of the image means could have been significant, however large.
+    fn is_open(&self) -> bool {
+        !self.image.exact && skewed(0.0, self.lean) > DISCOVERY_RATE
+    }
+
+    /// The difference of image means that is significant at `level` with probability [`POWER`]; infinite where none is.
+    fn detectable(&self, level: f64) -> f64 {
+        let (mut least, mut most) = (0.0, 1.0);
+        if skewed(least, self.lean) > level {
+            return f64::INFINITY;
+        }
+        for _ in 0..200 {
+            let p = (least + most) / 2.0;
+            if skewed(p, self.lean) > level { most = p } else { least = p }
+        }
+        detectable(&self.image, least.max(f64::MIN_POSITIVE))
+    }
+
     fn judge(&self, row: &mut AgreementRow, image_adjusted: f64, blocks_adjusted: &[f64]) {
         row.rejected = blocks_adjusted.iter().filter(|&&p| p <= DISCOVERY_RATE).count();
         row.smallest_adjusted_p = blocks_adjusted.iter().copied().fold(1.0, f64::min);
         row.verdict = match () {
             () if row.rejected > 0 || image_adjusted <= DISCOVERY_RATE => Verdict::Differ,
             () if self.image.exact && self.blocks.iter().all(|test| test.exact) => Verdict::Equal,
-            () if self.image.standard_error.is_infinite() => Verdict::Inconclusive,
+            () if self.is_open() => Verdict::Inconclusive,
             () => Verdict::Agree,
         };
     }
 }
 
-/// Tests the image means; where contributions are too few even for that, nothing is found, and nothing could have been.
-fn image_test(a: Sample, b: Sample, rounding: f64) -> Welch {
+/// Tests the image means. Means of rare contributions are skewed: too low more often than normal ones, with a standard error
+/// that is too small when they are. For skewness γ the law of self-normalised sums says how much more often [Shao 1997],
+/// `P(T < −t) ≈ Φ(−t) exp(γ t³ / 3)`, up to t = 1/γ where the expansion ends; the p-value carries this factor.
+fn image_test(a: Sample, b: Sample, rounding: f64, lean: f64) -> Welch {
     let test = welch(a, b, rounding);
-    let enough = |s: Sample| s.mean * s.mean >= ENOUGH * s.variance;
-    if enough(a) && enough(b) {
+    if test.exact && a.mean != 0.0 && b.mean != 0.0 {
         return test;
     }
-    Welch { t: test.t, p: 1.0, standard_error: f64::INFINITY, ..test }
+    Welch { p: if test.p < 1.0 { skewed(test.p, lean) } else { 1.0 }, ..test }
+}
+
+/// A two-sided p-value of a symmetric law, raised for skewness.
+fn skewed(p: f64, lean: f64) -> f64 {
+    let normal = Normal::standard();
+    let z = (-normal.inverse_cdf((p / 2.0).max(1e-300))).min(1.0 / lean);
+    (2.0 * normal.cdf(-z) * (lean * z.powi(3) / 3.0).exp()).clamp(p, 1.0)
+}
+
+/// What a sample's skewness is multiplied by for what it has not seen.
+const UNSEEN: f64 = 1.5;
+
+/// Skewness of a mean of values ≥ 0: the sample's, or the least that a mean of rare contributions can have, its relative error,
+/// if that is more. Infinite where nothing arrived; 0 where there is no variance.
+fn lean(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    if mean == 0.0 {
+        return f64::INFINITY;
+    }
+    let moment = |power: i32| values.iter().map(|x| (x - mean).powi(power)).sum::<f64>() / n;
+    let variance = moment(2);
+    if variance == 0.0 {
+        return 0.0;
+    }
+    let skewness = moment(3) / variance.powf(1.5) / n.sqrt();
+    UNSEEN * skewness.max((variance / (n - 1.0)).sqrt() / mean.abs())
 }
 
 /// The image mean, mean of channels, of every replicate.
-fn image_moments(measurement: &Measurement, layer: Layer) -> Moments {
-    let Some(at) = index(measurement, layer) else { return Moments::default() };
+fn image_means(measurement: &Measurement, layer: Layer) -> Vec<f64> {
+    let Some(at) = index(measurement, layer) else { return Vec::new() };
     measurement.replicate_means.iter().map(|means| means[at].iter().sum::<f64>() / 3.0).collect()
 }
 

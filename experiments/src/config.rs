@@ -254,10 +254,10 @@ impl Convergence {
         if !rising || self.checkpoints.first().is_none_or(|&first| first == 0) {
             return Err(("checkpoints", "checkpoints must be positive and rise, such as [1, 2, 4, 8]".to_owned()));
         }
-        if self.replicates < 8 {
+        if self.replicates < 32 {
             return Err((
                 "replicates",
-                "convergence needs at least 8 replicates for its bootstrap; 32 or more are better".to_owned(),
+                "convergence needs at least 32 replicates, or its bootstrap intervals would be too narrow".to_owned(),
             ));
         }
         Ok(())

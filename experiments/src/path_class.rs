@@ -1,5 +1,7 @@
 //! Path expressions such as `L.*SE`, as methods name the light that they cannot carry: a light, scatterings, an eye.
 
+use integrators::Layer;
+
 /// The lowest order that a path of this class can have: the scatterings that the expression asks for at least. Whatever
 /// follows the expression is left alone; 0 for what is no expression, which might be anything.
 pub fn least_order(class: &str) -> usize {
@@ -20,6 +22,17 @@ pub fn least_order(class: &str) -> usize {
         let optional = symbols.next_if_eq(&'*').is_some();
         symbols.next_if_eq(&'+');
         least += usize::from(!optional);
+    }
+}
+
+/// Whether a method that misses these classes carries all light of a layer; of the sum of all orders up to `max_order` for
+/// `None`.
+pub fn carries(missing: &[String], layer: Option<Layer>, max_order: usize) -> bool {
+    let below = |bound: usize| missing.iter().all(|class| least_order(class) > bound);
+    match layer {
+        Some(Layer::Order(k)) => below(k),
+        Some(Layer::Tail) => missing.is_empty(),
+        None => below(max_order),
     }
 }
 

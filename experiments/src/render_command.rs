@@ -39,6 +39,9 @@ pub fn render(args: &RenderArgs, verbosity: Verbosity, stop: &Stop) -> Result<St
     if verbosity == Verbosity::Normal {
         print(&job.summary(&measurement))?;
     }
+    if let Status::Interrupted(_) = status {
+        eprintln!("stopped early: {} holds the replicates that were complete", job.output.display());
+    }
     let invalid: u64 = measurement.invalid.iter().sum();
     if invalid > 0 && !args.allow_invalid {
         eprintln!("error: {}", budget::non_finite(&measurement, job.settings.seed));

@@ -49,6 +49,9 @@ pub fn run(args: &RunArgs, verbosity: Verbosity, stop: &Stop) -> Result<Status, 
     if verbosity == Verbosity::Normal {
         print(&summary(&result, &path))?;
     }
+    if stop.signal().is_some() {
+        eprintln!("stopped early: {} holds what was complete", path.display());
+    }
     Ok(status(&result, args, stop))
 }
 

@@ -30,7 +30,21 @@ impl Stop {
             flag::register(signal, seen)?;
             flag::register_usize(signal, Arc::clone(&stop.signal), signal as usize)?;
         }
+        stop.announce();
         Ok(stop)
+    }
+
+    /// Says what a signal does, once one has come.
+    fn announce(&self) {
+        let stop = self.clone();
+        std::thread::spawn(move || {
+            while stop.signal().is_none() {
+                std::thread::sleep(std::time::Duration::from_millis(50));
+            }
+            eprintln!(
+                "stopping when the replicate at work is done, to write what is complete; once more stops at once and loses it"
+            );
+        });
     }
 
     /// The signal that asked for the end, if any.

@@ -214,17 +214,19 @@ impl Piece {
         for (c, total) in total[0].iter_mut().enumerate() {
             let sum = |deviations: &[f64]| deviations.iter().skip(c).step_by(3).sum::<f64>();
 
-            *total += fault!("covariance_dropped", sum(&self.before) * sum(&self.after), self.diagonal(c));
+            *total += fault!(
+                "covariance_dropped",
+                sum(&self.before) * sum(&self.after),
+                diagonal(&self.before, &self.after, c)
+            );
         }
     }
 }
 
+/// The products of a channel's deviations within each layer.
 #[cfg(mutate)]
-impl Piece {
-    /// The products of a channel's deviations within each layer.
-    fn diagonal(&self, channel: usize) -> f64 {
-        (channel..self.layers * 3).step_by(3).map(|i| self.before[i] * self.after[i]).sum()
-    }
+fn diagonal(before: &[f64], after: &[f64], channel: usize) -> f64 {
+    before.iter().zip(after).skip(channel).step_by(3).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

@@ -6,7 +6,6 @@ use sampling::sampler::SamplerKind;
 use sampling::{Vec2, vec2};
 use scenes::Scene;
 use serde_json::{Value, json};
-use std::ops::RangeInclusive;
 
 /// Blocks in a row of an image.
 pub const COLUMNS: usize = 4;
@@ -17,13 +16,13 @@ pub struct Entry {
     name: &'static str,
     settings: Value,
     samples: u32,
-    decides: RangeInclusive<usize>,
+    last: usize,
 }
 
 impl Entry {
     /// A method of the list with its default settings and 64 times so many stratified samples per pixel.
     pub fn new(name: &'static str, samples: u32) -> Self {
-        Self { label: name, name, settings: json!({}), samples, decides: 0..=usize::MAX }
+        Self { label: name, name, settings: json!({}), samples, last: usize::MAX }
     }
 
     /// The same with settings of its own, and what to call it then.
@@ -34,49 +33,42 @@ impl Entry {
     /// The same without roulette, if it plays any: roulette triples the noise of high orders, and has a test of its own.
     pub fn without_roulette(self) -> Self {
         match self.name {
-            "path" | "light" => Self { settings: json!({"roulette": "none"}), ..self },
-            _ => self,
+            "direct" => self,
+            _ => Self { settings: json!({"roulette": "none"}), ..self },
         }
     }
 
-    /// The same, expected to decide something about the image means of these orders alone. The others are too noisy for an
-    /// everyday test: what they give must not differ significantly, but may be inconclusive.
-    pub fn decides(self, orders: RangeInclusive<usize>) -> Self {
-        Self { decides: orders, ..self }
+    /// The same, compared up to this order alone: beyond, it is too noisy to say anything.
+    pub fn up_to(self, last: usize) -> Self {
+        Self { last, ..self }
     }
 }
 
 /// Fails unless all entries agree, on the paths that both of a pair carry, and at least the share `conclusive` of the
 /// comparisons of blocks decides something.
 pub fn agree(title: &str, scene: &Scene, max_order: usize, entries: &[Entry], conclusive: f64) {
-    let rendered: Vec<(&Entry, RangeInclusive<usize>, Rendered)> = entries
+    let rendered: Vec<(&Entry, usize, Rendered)> = entries
         .iter()
         .map(|entry| {
             let method = method_with(entry.name, entry.settings.clone());
+            let last = *method.orders(max_order).end().min(&entry.last);
             let budget = Budget { sampler: SamplerKind::Stratified, ..Budget::samples(entry.samples) };
-            let rendered = measure(scene, method.as_ref(), entry.label, budget.up_to(max_order));
-            (entry, method.orders(max_order), rendered)
+            (entry, last, measure(scene, method.as_ref(), entry.label, budget.up_to(last)))
         })
         .collect();
     let mut family = Family::new(title);
-    for (i, (a, orders_a, rendered_a)) in rendered.iter().enumerate() {
-        for (b, orders_b, rendered_b) in &rendered[..i] {
+    for (i, (a, last_a, rendered_a)) in rendered.iter().enumerate() {
+        for (b, last_b, rendered_b) in &rendered[..i] {
             let pixels = pixels_of_both(scene, a, b);
             let blocks = blocks_of(rendered_a, &pixels);
-            for order in 0..=*orders_a.end().min(orders_b.end()) {
+            for order in 0..=*last_a.min(last_b) {
                 let label = format!("{} and {} order {order}", a.label, b.label);
-                let decides = [a, b].iter().all(|entry| entry.decides.contains(&order));
                 let pair = |pixels: &[usize]| [rendered_a, rendered_b].map(|r| r.over(order, pixels));
                 let [of_a, of_b] = pair(&pixels);
-                if decides {
-                    family.image(&label, of_a, of_b)
-                } else {
-                    family.spare(&label, of_a, of_b)
-                }
+                family.image(&label, of_a, of_b);
                 for (block, pixels) in blocks.iter().enumerate() {
                     let [of_a, of_b] = pair(pixels);
-                    let label = format!("{label} block {block}");
-                    if decides { family.block(label, of_a, of_b) } else { family.spare(label, of_a, of_b) }
+                    family.block(format!("{label} block {block}"), of_a, of_b);
                 }
             }
         }

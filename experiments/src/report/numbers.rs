@@ -2,15 +2,12 @@
 
 use crate::export::notation::superscript;
 use crate::export::png::columns;
+use crate::path_class::carries;
 use crate::result::MethodResult;
 use integrators::{Layer, Measurement};
 
 /// Variation below this part of the mean is rounding of `f32`, not variance.
 const ROUNDING: f64 = 1e-6;
-/// A method that misses some light of the scene still carries all of an order if its mean is this close to the others'
-/// [standard errors of the difference].
-const CLOSE: f64 = 4.0;
-
 /// What one method found for one layer, or for the sum of all; channels are averaged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
@@ -52,10 +49,12 @@ impl Numbers {
         let columns = columns(&measurements);
         let row = |m: &&MethodResult| columns.iter().map(|&c| row(&m.measurement, c)).collect();
         let mut rows: Vec<Vec<Option<Row>>> = methods.iter().map(row).collect();
-        for column in 0..columns.len() {
-            judge_completeness(methods, &mut rows, column);
+        for (method, rows) in methods.iter().zip(&mut rows) {
+            for (&column, row) in columns.iter().zip(rows) {
+                let carried = carries(&method.missing_light, column, method.measurement.max_order);
+                row.iter_mut().for_each(|row| row.complete &= carried);
+            }
         }
-        judge_sums(methods, &mut rows);
         Self { columns, rows }
     }
 
@@ -96,32 +95,6 @@ fn row(measurement: &Measurement, column: Option<Layer>) -> Option<Row> {
         exact,
         complete: mean != 0.0,
     })
-}
-
-/// Marks the rows of methods that miss light here: those that say they miss some, and whose mean isn't that of the others.
-fn judge_completeness(methods: &[&MethodResult], rows: &mut [Vec<Option<Row>>], column: usize) {
-    let whole = (0..methods.len()).filter(|&i| methods[i].missing_light.is_empty());
-    let whole: Vec<Row> = whole.filter_map(|i| rows[i][column]).filter(|row| row.complete).collect();
-    for (method, rows) in methods.iter().zip(rows) {
-        let Some(row) = rows[column].as_mut().filter(|_| !method.missing_light.is_empty()) else { continue };
-        let close = |other: &Row| {
-            let error = row.error.unwrap_or(0.0).hypot(other.error.unwrap_or(0.0));
-            (row.mean - other.mean).abs() <= CLOSE * error + ROUNDING * other.mean.abs()
-        };
-        row.complete = row.complete && whole.iter().all(close);
-    }
-}
-
-/// The sum of a method that misses some light lacks what any of its layers lacks and another method finds.
-fn judge_sums(methods: &[&MethodResult], rows: &mut [Vec<Option<Row>>]) {
-    let Some(layers) = rows.first().map(|row| row.len() - 1) else { return };
-    let found: Vec<bool> = (0..layers).map(|i| rows.iter().any(|r| r[i].is_some_and(|row| row.complete))).collect();
-    for (_, rows) in methods.iter().zip(rows).filter(|(method, _)| !method.missing_light.is_empty()) {
-        let whole = (0..layers).all(|i| !found[i] || rows[i].is_some_and(|row| row.complete));
-        if let Some(sum) = rows[layers].as_mut() {
-            sum.complete &= whole;
-        }
-    }
 }
 
 fn average(channels: [f64; 3]) -> f64 {

@@ -75,7 +75,7 @@ fn facts(result: &ExperimentResult) -> String {
         facts.push(format!("orders 0 to {}", m.max_order));
     }
     let budgets: Vec<u64> = result.methods.iter().map(|m| m.measurement.samples()).collect();
-    let replicates = result.experiment.replicates;
+    let replicates = result.methods.first().map_or(0, |first| first.measurement.replicates);
     if let (Some(least), Some(most)) = (budgets.iter().min(), budgets.iter().max()) {
         let samples = if least == most { least.to_string() } else { format!("{least} to {most}") };
         facts.push(format!("{samples} samples per pixel in {replicates} replicates"));

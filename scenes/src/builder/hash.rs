@@ -52,7 +52,10 @@ pub(super) fn hash(content: &Content) -> String {
         }
     }
     hasher.listing("environment", content.environment.as_slice());
-    hasher.listing("camera", std::slice::from_ref(content.camera));
+    // The same scene at another resolution is the same scene.
+    let mut camera = *content.camera;
+    camera.set_size(1, 1);
+    hasher.listing("camera", &[camera]);
     hasher.finish()
 }
 
