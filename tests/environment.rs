@@ -37,8 +37,8 @@ fn cup(contents: Contents) -> Scene {
     builder.quad(low, y, z, white);
     builder.quad(low + x + z, -x, y, white);
     builder.quad(low + x + z, y, -z, white);
-    builder.sphere(dvec3(0.45, 0.35, 0.2), 0.35, glass);
-    builder.sphere(dvec3(-0.45, 0.3, -0.2), 0.3, mirror);
+    builder.sphere(dvec3(0.45, 0.5, 0.2), 0.35, glass);
+    builder.sphere(dvec3(-0.45, 0.45, -0.2), 0.3, mirror);
     builder.environment(Spectrum::splat(RADIANCE));
     builder.camera(camera(dvec3(0.4, 2.2, 2.4), dvec3(0.0, 0.2, 0.0), 42.0, 16));
     builder.build(Skip::Unneeded).unwrap()

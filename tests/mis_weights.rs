@@ -114,7 +114,7 @@ impl<'a> Whole<'a> {
     }
 
     /// Density of vertex `i` from the light's end.
-    fn from_light(&self, i: usize) -> f64 {
+    fn light_density(&self, i: usize) -> f64 {
         match i {
             0 => {
                 let (pdf_p, _) = self.scene.pdf_le(self.emitter, &self.endpoint, self.direction(0, 1));
@@ -129,7 +129,7 @@ impl<'a> Whole<'a> {
     }
 
     /// Density of vertex `i` from the camera's end.
-    fn from_camera(&self, i: usize) -> f64 {
+    fn camera_density(&self, i: usize) -> f64 {
         let last = self.len() - 1;
         if i == last {
             return 1.0;
@@ -155,12 +155,12 @@ impl<'a> Whole<'a> {
             vertex
         };
         let light = |i: usize| {
-            let rev = if i + 2 < s { self.from_camera(i) } else { f64::NAN };
-            vertex(i, i.checked_sub(1), self.from_light(i), rev)
+            let rev = if i + 2 < s { self.camera_density(i) } else { f64::NAN };
+            vertex(i, i.checked_sub(1), self.light_density(i), rev)
         };
         let camera = |i: usize| {
-            let rev = if i > s + 1 && i + 1 < self.len() { self.from_light(i) } else { f64::NAN };
-            vertex(i, Some(i + 1).filter(|&j| j < self.len()), self.from_camera(i), rev)
+            let rev = if i > s + 1 && i + 1 < self.len() { self.light_density(i) } else { f64::NAN };
+            vertex(i, Some(i + 1).filter(|&j| j < self.len()), self.camera_density(i), rev)
         };
         ((0..s).map(light).collect(), (s..self.len()).rev().map(camera).collect())
     }

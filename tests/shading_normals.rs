@@ -58,7 +58,7 @@ fn coarse_spheres_with_smooth_normals() {
         Entry::new("light", 256).without_roulette(),
         Entry::new("bdpt", 64).without_roulette(),
     ];
-    agree("coarse spheres with smooth normals", &scene, 5, &entries, 0.99);
+    agree("coarse spheres with smooth normals", &scene, 5, &entries, 0.9);
 }
 
 /// A Cornell box that others made, with a tessellated sphere; skipped where the file is missing.

@@ -34,7 +34,7 @@ fn strategies_of_direct_lighting() {
 
 #[test]
 fn techniques_of_path_tracing() {
-    let entry = |label, settings| Entry::new("path", 256).with(label, settings);
+    let entry = |label, settings| Entry::new("path", 128).with(label, settings);
     let entries = [
         entry("mis by power", json!({"roulette": "none"})),
         entry("mis by balance", json!({"roulette": "none", "mis": "balance"})),

@@ -254,8 +254,11 @@ fn skewed(p: f64, lean: f64) -> f64 {
 /// What a sample's skewness is multiplied by for what it has not seen.
 const UNSEEN: f64 = 1.5;
 
-/// Skewness of a mean of values ≥ 0: the sample's, or the least that a mean of rare contributions can have, its relative error,
-/// if that is more. Infinite where nothing arrived; 0 where there is no variance.
+/// From so many values on their skewness is known well enough to be used.
+const MANY: f64 = 64.0;
+
+/// Skewness of a mean of values ≥ 0: the least that a mean of rare contributions can have, its relative error, or that of many
+/// values, if it is more. Infinite where nothing arrived; 0 where there is no variance.
 fn lean(values: &[f64]) -> f64 {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -267,7 +270,7 @@ fn lean(values: &[f64]) -> f64 {
     if variance == 0.0 {
         return 0.0;
     }
-    let skewness = moment(3) / variance.powf(1.5) / n.sqrt();
+    let skewness = if n < MANY { 0.0 } else { moment(3) / variance.powf(1.5) / n.sqrt() };
     UNSEEN * skewness.max((variance / (n - 1.0)).sqrt() / mean.abs())
 }
 

@@ -59,7 +59,7 @@ pub struct PathView<'p> {
 /// One path's share of the image.
 #[derive(Clone, Copy, Debug)]
 pub struct Contribution<'p> {
-    /// Where it lands [pixels, y down].
+    /// Where it lands \[pixels, y down\].
     pub raster: Vec2,
     /// How the path was built.
     pub technique: Technique,

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use sampling::fault;
 use std::ops::Range;
 
-/// Width and height of a tile [pixels].
+/// Width and height of a tile \[pixels\].
 pub const TILE: u32 = 16;
 /// Samples per pixel in one block.
 pub const SAMPLES_PER_BLOCK: u32 = 4;

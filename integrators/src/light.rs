@@ -1,6 +1,6 @@
 //! Light tracing: walks from the emitters, every vertex connected to the camera.
 //!
-//! The adjoint of path tracing without next-event estimation [Dutre93]: a particle's weight times the
+//! The adjoint of path tracing without next-event estimation \[Dutre93\]: a particle's weight times the
 //! emitted importance of the camera is splatted where the connection meets the film.
 
 use crate::contribution::{Contribution, PathView, Sink, Technique};

@@ -1,7 +1,7 @@
 //! Path tracing: walks from the camera, with next-event estimation and multiple importance sampling.
 //!
 //! Order `k` is estimated twice, by emitters that the walk hits after `k` scatterings and by an emitter point sampled at
-//! its `k`-th scattering; the two are weighted by MIS [Veach97, ch. 9]. [Kajiya86]
+//! its `k`-th scattering; the two are weighted by MIS [Veach97, ch. 9]. \[Kajiya86\]
 
 use crate::contribution::{Contribution, PathView, Sink, Technique};
 use crate::method::{Estimator, Pixel};

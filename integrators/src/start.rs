@@ -10,7 +10,7 @@ use scenes::{EmitterId, LeSample, Scene, WeSample};
 /// The start of a camera walk.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraStart {
-    /// Where on the film [pixels].
+    /// Where on the film \[pixels\].
     pub raster: Vec2,
     /// The ray, its weight and densities.
     pub sample: WeSample,

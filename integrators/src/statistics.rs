@@ -53,7 +53,7 @@ impl ImageMoments {
         self.products.fill([0.0; 3]);
     }
 
-    /// Adds a replicate whose image is the film's sums divided by `samples` [Welford62]. Returns the layers' image means.
+    /// Adds a replicate whose image is the film's sums divided by `samples` \[Welford62\]. Returns the layers' image means.
     pub fn push(&mut self, film: &Film, samples: u32) -> Vec<[f64; 3]> {
         self.count += 1;
         let (n, scale) = (self.count as f64, 1.0 / samples as f64);
@@ -90,7 +90,7 @@ impl ImageMoments {
         means
     }
 
-    /// Adds all replicates of another set [Chan83].
+    /// Adds all replicates of another set \[Chan83\].
     pub fn merge(&mut self, other: &Self) {
         if other.count == 0 {
             return;

@@ -119,8 +119,9 @@ impl Comparison {
 
     /// Whether some difference to either side would be significant.
     pub fn is_conclusive(&self, level: f64) -> bool {
-        let known = self.error() <= ROUNDING * self.a.mean.abs().min(self.b.mean.abs());
-        self.is_of_nothing() || known || self.p() < level || p_of(FAR, self.lean_most()) < level
+        let lean = self.lean_most();
+        let known = lean.is_finite() && self.error() <= ROUNDING * self.a.mean.abs();
+        self.is_of_nothing() || known || self.p() < level || p_of(FAR, lean) < level
     }
 
     /// Relative difference that is significant with probability [`POWER`], to either side.

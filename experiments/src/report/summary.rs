@@ -170,7 +170,7 @@ fn agreement(rows: &[&AgreementRow]) -> Vec<Sentence> {
     }
     let open = with(Verdict::Inconclusive).count();
     if open > 0 {
-        sentences.push(plain(format!("{open} comparisons decide nothing: too few contributions arrived.")));
+        sentences.push(plain(format!("{open} comparisons decide nothing: what arrived was too little or too uneven for any difference to be significant.")));
     }
     let apart = with(Verdict::Incomparable).count();
     if apart > 0 {
