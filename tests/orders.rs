@@ -39,7 +39,7 @@ fn furnace() {
 #[test]
 fn integrating_sphere() {
     let scene = builtin("integrating_sphere", SIZE);
-    compare(&exact_orders(&scene), &ALL, method, 64);
+    compare(&exact_orders(&scene), &ALL, plain, 64);
 }
 
 /// A closed tetrahedron whose faces, and a ball of a mirror's material within, all reflect and emit alike. Light tracing loses

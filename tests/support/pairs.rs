@@ -17,12 +17,13 @@ pub struct Entry {
     settings: Value,
     samples: u32,
     last: usize,
+    decides: bool,
 }
 
 impl Entry {
     /// A method of the list with its default settings and 64 times so many stratified samples per pixel.
     pub fn new(name: &'static str, samples: u32) -> Self {
-        Self { label: name, name, settings: json!({}), samples, last: usize::MAX }
+        Self { label: name, name, settings: json!({}), samples, last: usize::MAX, decides: true }
     }
 
     /// The same with settings of its own, and what to call it then.
@@ -41,6 +42,12 @@ impl Entry {
     /// The same, compared up to this order alone: beyond, it is too noisy to say anything.
     pub fn up_to(self, last: usize) -> Self {
         Self { last, ..self }
+    }
+
+    /// The same, of which nothing is asked but that it does not differ significantly: its variance is infinite, so that some
+    /// seeds show a contribution which leaves everything open.
+    pub fn of_infinite_variance(self) -> Self {
+        Self { decides: false, ..self }
     }
 }
 
@@ -64,11 +71,14 @@ pub fn agree(title: &str, scene: &Scene, max_order: usize, entries: &[Entry], co
             for order in 0..=*last_a.min(last_b) {
                 let label = format!("{} and {} order {order}", a.label, b.label);
                 let pair = |pixels: &[usize]| [rendered_a, rendered_b].map(|r| r.over(order, pixels));
+                let decides = a.decides && b.decides;
                 let [of_a, of_b] = pair(&pixels);
-                family.image(&label, of_a, of_b);
+                let add = if decides { Family::image } else { Family::spare };
+                add(&mut family, label.clone(), of_a, of_b);
+                let add = if decides { Family::block } else { Family::spare };
                 for (block, pixels) in blocks.iter().enumerate() {
                     let [of_a, of_b] = pair(pixels);
-                    family.block(format!("{label} block {block}"), of_a, of_b);
+                    add(&mut family, format!("{label} block {block}"), of_a, of_b);
                 }
             }
         }
