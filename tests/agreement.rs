@@ -53,7 +53,7 @@ fn integrating_sphere() {
 
 /// Camera rays seldom meet the smallest ball, of radiance 1000, directly or in a plate: relative standard deviations are 40
 /// for `direct` and `path` at order 0, and 13 for all that trace from the camera at order 1; detectable biases are 10 % and
-/// 5 % every day, 2 % and 1 % by night. Light tracing's connections to the camera meet the lobes of the smooth plates, of width
+/// 5 % every day, under 1 % by night. Light tracing's connections to the camera meet the lobes of the smooth plates, of width
 /// 0.005, as seldom, and are up to 1/(πα²) = 12 700 when they do: its relative standard deviation is 40 at order 1 and more
 /// beyond, with a tail that no sample shows, and it is compared at order 0 alone.
 #[test]

@@ -101,9 +101,6 @@ fn resolved(bsdf: &Bsdf, max_order: usize) -> Option<Glowing<'_>> {
             let (coarse, fine) = (coarse.towards(*wo), fine.towards(*wo));
             coarse.iter().zip(&fine).all(|(a, b)| (a - b).abs() <= PRECISION * b)
         };
-        for wo in &directions {
-            println!("LEVEL {level:?} {wo} {:?} {:?}", coarse.towards(*wo), fine.towards(*wo));
-        }
         if directions.iter().all(close) {
             return Some(fine);
         }

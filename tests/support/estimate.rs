@@ -1,9 +1,5 @@
 //! Estimates and what is known of their distribution.
 
-/// Relative error that the rounding of `f32` may leave in a mean, a few units at each vertex: it neither shrinks with the
-/// samples nor shows in their variance. A thousandth of the biases that are looked for.
-pub const ROUNDING: f64 = 32.0 * f32::EPSILON as f64;
-
 /// An estimate: the mean of independent replicates.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimate {
