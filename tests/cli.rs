@@ -245,7 +245,8 @@ fn lists_hold_every_name() {
     };
     assert_eq!(names("methods"), integrators::Methods::standard().names());
     assert_eq!(names("scenes"), scenes::builtin_names());
-    assert_eq!(names("bsdfs"), sampling::bsdf::Bsdf::NAMES);
+    let models: Vec<&str> = sampling::bsdf::Bsdf::MODELS.iter().map(|model| model.name).collect();
+    assert_eq!(names("bsdfs"), models);
     assert_eq!(names("samplers"), ["independent", "stratified"]);
     assert!(names("experiments").contains(&"comparison".to_owned()));
     let all = succeed(folder.path(), &["list"]);

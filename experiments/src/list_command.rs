@@ -44,7 +44,7 @@ fn lines(kind: ListKind) -> Vec<String> {
             };
             Methods::standard().entries().iter().map(line).collect()
         }
-        ListKind::Bsdfs => plain(Bsdf::NAMES),
+        ListKind::Bsdfs => Bsdf::MODELS.iter().map(|model| format!("{:<20} {}\n", model.name, model.about)).collect(),
         ListKind::Scenes => plain(scenes::builtin_names()),
         ListKind::Samplers => SamplerKind::ALL.iter().map(|sampler| format!("{sampler}\n")).collect(),
         ListKind::Experiments => {

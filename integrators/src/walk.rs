@@ -4,7 +4,7 @@ use crate::measurement::Counters;
 use crate::roulette::LocalRoulette;
 use crate::vertex::{PathVertex, Site, density_at};
 use sampling::Vec3;
-use sampling::bsdf::{BsdfModel, TransportMode};
+use sampling::bsdf::TransportMode;
 use sampling::fault;
 use sampling::math::Spectrum;
 use sampling::sampler::{Purpose, Sampler, Subpath};

@@ -2,7 +2,7 @@
 
 use crate::emitter::EmitterId;
 use crate::ray::SurfacePoint;
-use sampling::bsdf::{Bsdf, BsdfModel, BsdfSample, Lobes, TransportMode};
+use sampling::bsdf::{Bsdf, BsdfSample, Lobes, TransportMode};
 use sampling::fault;
 use sampling::math::{Frame, Spectrum};
 use sampling::{Vec2, Vec3};

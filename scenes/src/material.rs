@@ -2,7 +2,7 @@
 
 use crate::texture::Texture;
 use sampling::Vec3;
-use sampling::bsdf::{Bsdf, BsdfModel, Lambert, Lobes};
+use sampling::bsdf::{Bsdf, Lambert, Lobes};
 
 /// Names a material of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

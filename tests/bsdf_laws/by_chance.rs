@@ -1,8 +1,8 @@
 //! Laws that hold in distribution: samples against densities and values.
 
 use super::quadrature::Cells;
-use super::{Draws, KINDS, direction, is_resolved};
-use sampling::bsdf::{Bsdf, BsdfModel, BsdfSample, TransportMode};
+use super::{Draws, KINDS, direction, is_resolved, listed};
+use sampling::bsdf::{Bsdf, BsdfSample, TransportMode};
 use sampling::moments::Moments;
 use sampling::{Vec2, Vec3};
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
@@ -126,7 +126,7 @@ fn kind_of(sample: &BsdfSample) -> usize {
 fn samples_have_their_density_and_their_value() {
     let wos = [(1.0, 0.0), (0.9, 1.0), (0.5, 4.0), (0.1, 2.2), (1e-3, 0.3), (-0.7, 0.8), (-0.2, 5.0)];
     let mut trials = Vec::new();
-    for (name, model) in Bsdf::all_examples() {
+    for (name, model) in listed() {
         for (cos, phi) in wos {
             let wo = direction(cos, phi);
             if is_resolved(&model, wo) {

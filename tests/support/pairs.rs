@@ -1,7 +1,7 @@
 //! Agreement of methods: every pair of them in a scene, order by order, on the image and on blocks of it.
 
 use super::{Budget, Family, Rendered, measure, method_with};
-use sampling::bsdf::{BsdfModel, Lobes};
+use sampling::bsdf::Lobes;
 use sampling::sampler::SamplerKind;
 use sampling::{Vec2, vec2};
 use scenes::Scene;

@@ -1,7 +1,7 @@
 //! A smooth interface between two transparent media.
 
 use super::fresnel::{DielectricFresnel, fresnel_dielectric};
-use super::{BsdfModel, BsdfSample, Lobes, TransportMode};
+use super::{Arguments, Bsdf, BsdfModel, BsdfSample, Lobes, Misfit, Parameter, TransportMode};
 use crate::math::Spectrum;
 use glam::{Vec2, Vec3, vec3};
 
@@ -16,6 +16,13 @@ pub struct Dielectric {
 
 impl BsdfModel for Dielectric {
     const NAME: &'static str = "dielectric";
+    const ABOUT: &'static str = "a smooth interface between two transparent media, such as glass";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::INDEX];
+
+    fn from_arguments(arguments: &Arguments) -> Result<Bsdf, Misfit> {
+        let [eta] = arguments.all();
+        Ok(Self { eta: eta.number() }.into())
+    }
 
     #[inline]
     fn eval(&self, _wo: Vec3, _wi: Vec3, _lobes: Lobes, _mode: TransportMode) -> Spectrum {

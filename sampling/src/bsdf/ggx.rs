@@ -30,6 +30,11 @@ impl Ggx {
         Self { alpha_x, alpha_y }
     }
 
+    /// Whether the two roughnesses differ.
+    pub fn is_anisotropic(&self) -> bool {
+        self.alpha_x != self.alpha_y
+    }
+
     /// The density D(m) of normals [1/sr], for `m` in the upper hemisphere; ∫ D(m) cos θ_m dm = 1.
     #[inline]
     pub fn d(&self, m: Vec3) -> f32 {

@@ -1,6 +1,6 @@
 //! Ideal diffuse reflection.
 
-use super::{BsdfModel, BsdfSample, Lobes, TransportMode, survival_of};
+use super::{Arguments, Bsdf, BsdfModel, BsdfSample, Lobes, Misfit, Parameter, Preset, TransportMode, survival_of};
 use crate::fault;
 use crate::math::{Spectrum, same_hemisphere};
 use crate::warp::{INV_PI, cosine_hemisphere, cosine_hemisphere_pdf};
@@ -15,6 +15,14 @@ pub struct Lambert {
 
 impl BsdfModel for Lambert {
     const NAME: &'static str = "lambert";
+    const ABOUT: &'static str = "ideal diffuse reflection";
+    const PARAMETERS: &'static [Parameter] =
+        &[Parameter::colour("albedo", "share of light that is reflected", 0.0, 1.0, Preset::Number(0.5))];
+
+    fn from_arguments(arguments: &Arguments) -> Result<Bsdf, Misfit> {
+        let [albedo] = arguments.all();
+        Ok(Self { albedo: albedo.colour() }.into())
+    }
 
     #[inline]
     fn eval(&self, wo: Vec3, wi: Vec3, lobes: Lobes, _mode: TransportMode) -> Spectrum {

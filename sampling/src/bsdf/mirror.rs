@@ -1,6 +1,6 @@
 //! Ideal specular reflection.
 
-use super::{BsdfModel, BsdfSample, Lobes, TransportMode, survival_of};
+use super::{Arguments, Bsdf, BsdfModel, BsdfSample, Lobes, Misfit, Parameter, Preset, TransportMode, survival_of};
 use crate::math::Spectrum;
 use glam::{Vec2, Vec3, vec3};
 
@@ -13,6 +13,14 @@ pub struct Mirror {
 
 impl BsdfModel for Mirror {
     const NAME: &'static str = "mirror";
+    const ABOUT: &'static str = "ideal specular reflection, alike at every angle";
+    const PARAMETERS: &'static [Parameter] =
+        &[Parameter::colour("reflectance", "share of light that is reflected", 0.0, 1.0, Preset::Number(1.0))];
+
+    fn from_arguments(arguments: &Arguments) -> Result<Bsdf, Misfit> {
+        let [reflectance] = arguments.all();
+        Ok(Self { reflectance: reflectance.colour() }.into())
+    }
 
     #[inline]
     fn eval(&self, _wo: Vec3, _wi: Vec3, _lobes: Lobes, _mode: TransportMode) -> Spectrum {

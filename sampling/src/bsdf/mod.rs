@@ -1,7 +1,8 @@
 //! Scattering models in the local frame, one file a model.
 //!
 //! To add one: write its file with an `impl BsdfModel`, declare the file as a module here, and put its name into the
-//! `models!` list below. The program, the help and the laws (`tests/bsdf_laws.rs`) read that list.
+//! `models!` list below. Scene files, the program, the help and the laws (`tests/bsdf_laws.rs`) read that list, and the
+//! model's own list of parameters.
 //!
 //! Models that reflect are two-sided: they scatter from `wo` to `wi` where both are on one side, whichever it is.
 
@@ -11,8 +12,11 @@ mod ggx;
 mod lambert;
 mod lobes;
 mod mirror;
+mod parameter;
 mod rough_conductor;
 mod rough_dielectric;
+mod roughness;
+mod table;
 
 pub use dielectric::Dielectric;
 pub use fresnel::{DielectricFresnel, fresnel_conductor, fresnel_dielectric};
@@ -20,8 +24,10 @@ pub use ggx::Ggx;
 pub use lambert::Lambert;
 pub use lobes::Lobes;
 pub use mirror::Mirror;
+pub use parameter::{Argument, Arguments, Domain, MAX_PARAMETERS, Misfit, Parameter, Preset};
 pub use rough_conductor::RoughConductor;
 pub use rough_dielectric::RoughDielectric;
+pub use table::{Shared, Table, Tables};
 
 use crate::fault;
 use crate::math::Spectrum;
@@ -83,6 +89,23 @@ pub trait BsdfModel: Copy {
     /// What scene files call it.
     const NAME: &'static str;
 
+    /// What it is, in one line.
+    const ABOUT: &'static str;
+
+    /// What scene files may say of it, at most [`MAX_PARAMETERS`].
+    const PARAMETERS: &'static [Parameter];
+
+    /// The largest albedo that the model itself has in any direction: 1, unless its source says otherwise.
+    const MAX_ALBEDO: f32 = 1.0;
+
+    /// The model with these arguments of [`PARAMETERS`](Self::PARAMETERS), each in its domain. It may be another model of the
+    /// list, such as a smooth one where the roughness is zero.
+    ///
+    /// # Errors
+    ///
+    /// Arguments that don't go together, or together create energy.
+    fn from_arguments(arguments: &Arguments) -> Result<Bsdf, Misfit>;
+
     /// f_s of the non-delta lobes among `lobes` [1/sr], without the cosine.
     fn eval(&self, wo: Vec3, wi: Vec3, lobes: Lobes, mode: TransportMode) -> Spectrum;
 
@@ -111,6 +134,11 @@ pub trait BsdfModel: Copy {
     /// same for a walk in either sense.
     fn survival(&self) -> f32;
 
+    /// Whether turning both directions about the normal changes something.
+    fn is_anisotropic(&self) -> bool {
+        false
+    }
+
     /// Parameters to try the laws on: usual ones, extremes, and whatever has a code path of its own. Never empty.
     fn examples() -> Vec<Self>;
 }
@@ -120,6 +148,23 @@ pub trait BsdfModel: Copy {
 fn survival_of(albedo: Spectrum) -> f32 {
     let largest = albedo.max_component();
     if largest > 0.0 { largest.min(1.0) } else { 1.0 }
+}
+
+/// A model of the list: what is known of it without an instance.
+#[derive(Clone, Copy, Debug)]
+pub struct ModelEntry {
+    /// What scene files call it.
+    pub name: &'static str,
+    /// What it is, in one line.
+    pub about: &'static str,
+    /// What scene files may say of it.
+    pub parameters: &'static [Parameter],
+    /// [`BsdfModel::MAX_ALBEDO`].
+    pub max_albedo: f32,
+    /// [`BsdfModel::from_arguments`].
+    pub from_arguments: fn(&Arguments) -> Result<Bsdf, Misfit>,
+    /// [`BsdfModel::examples`].
+    pub examples: fn() -> Vec<Bsdf>,
 }
 
 macro_rules! models {
@@ -138,14 +183,25 @@ macro_rules! models {
         })*
 
         impl Bsdf {
-            /// The names of all models.
-            pub const NAMES: &[&'static str] = &[$($model::NAME),*];
+            /// All models.
+            pub const MODELS: &[ModelEntry] = &[$(ModelEntry {
+                name: $model::NAME,
+                about: $model::ABOUT,
+                parameters: $model::PARAMETERS,
+                max_albedo: $model::MAX_ALBEDO,
+                from_arguments: $model::from_arguments,
+                examples: || $model::examples().into_iter().map(Self::from).collect(),
+            }),*];
 
             /// The examples of all models, each with its model's name.
             pub fn all_examples() -> Vec<(&'static str, Self)> {
-                let mut all = Vec::new();
-                $(all.extend($model::examples().into_iter().map(|model| ($model::NAME, Self::from(model))));)*
-                all
+                let named = |entry: &'static ModelEntry| (entry.examples)().into_iter().map(move |model| (entry.name, model));
+                Self::MODELS.iter().flat_map(named).collect()
+            }
+
+            /// The model of this name.
+            pub fn model(name: &str) -> Option<&'static ModelEntry> {
+                Self::MODELS.iter().find(|entry| entry.name == name)
             }
 
             /// The name of this model.
@@ -154,41 +210,47 @@ macro_rules! models {
             }
         }
 
-        impl BsdfModel for Bsdf {
-            const NAME: &'static str = "any";
-
+        /// What [`BsdfModel`] says of a model, of any of them.
+        impl Bsdf {
+            /// [`BsdfModel::eval`].
             #[inline]
-            fn eval(&self, wo: Vec3, wi: Vec3, lobes: Lobes, mode: TransportMode) -> Spectrum {
+            pub fn eval(&self, wo: Vec3, wi: Vec3, lobes: Lobes, mode: TransportMode) -> Spectrum {
                 match self { $(Self::$model(model) => model.eval(wo, wi, lobes, mode),)* }
             }
 
+            /// [`BsdfModel::pdf`].
             #[inline]
-            fn pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> f32 {
+            pub fn pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> f32 {
                 match self { $(Self::$model(model) => model.pdf(wo, wi, mode),)* }
             }
 
+            /// [`BsdfModel::eval_pdf`].
             #[inline]
-            fn eval_pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> (Spectrum, f32) {
+            pub fn eval_pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> (Spectrum, f32) {
                 match self { $(Self::$model(model) => model.eval_pdf(wo, wi, mode),)* }
             }
 
+            /// [`BsdfModel::sample`].
             #[inline]
-            fn sample(&self, wo: Vec3, uc: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
+            pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
                 match self { $(Self::$model(model) => model.sample(wo, uc, u, mode),)* }
             }
 
+            /// [`BsdfModel::lobes`].
             #[inline]
-            fn lobes(&self) -> Lobes {
+            pub fn lobes(&self) -> Lobes {
                 match self { $(Self::$model(model) => model.lobes(),)* }
             }
 
+            /// [`BsdfModel::survival`].
             #[inline]
-            fn survival(&self) -> f32 {
+            pub fn survival(&self) -> f32 {
                 match self { $(Self::$model(model) => model.survival(),)* }
             }
 
-            fn examples() -> Vec<Self> {
-                Self::all_examples().into_iter().map(|(_, model)| model).collect()
+            /// [`BsdfModel::is_anisotropic`].
+            pub fn is_anisotropic(&self) -> bool {
+                match self { $(Self::$model(model) => model.is_anisotropic(),)* }
             }
         }
     };

@@ -1,6 +1,10 @@
 //! A rough metal: microfacets that mirror.
 
-use super::{BsdfModel, BsdfSample, Ggx, Lobes, TransportMode, fresnel_conductor, survival_of};
+use super::roughness::alphas;
+use super::{
+    Arguments, Bsdf, BsdfModel, BsdfSample, Ggx, Lobes, Mirror, Misfit, Parameter, Preset, TransportMode,
+    fresnel_conductor, survival_of,
+};
 use crate::fault;
 use crate::math::{Spectrum, reflect, same_hemisphere};
 use glam::{Vec2, Vec3};
@@ -62,6 +66,36 @@ impl RoughConductor {
 
 impl BsdfModel for RoughConductor {
     const NAME: &'static str = "rough_conductor";
+    const ABOUT: &'static str = "a rough metal";
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter::colour("reflectance", "share of light reflected at normal incidence", 0.0, 1.0, Preset::Absent),
+        Parameter::colour("eta", "index of refraction", 1e-3, 1e3, Preset::Absent),
+        Parameter::colour("k", "extinction index", 0.0, 1e3, Preset::Absent),
+        Parameter::ROUGHNESS,
+        Parameter::ALPHA,
+        Parameter::ALPHA_X,
+        Parameter::ALPHA_Y,
+    ];
+
+    fn from_arguments(arguments: &Arguments) -> Result<Bsdf, Misfit> {
+        let [reflectance, eta, k, roughness, alpha, alpha_x, alpha_y] = arguments.all();
+        let alphas = alphas([roughness, alpha, alpha_x, alpha_y])?;
+        match (reflectance.given_colour(), eta.given_colour(), k.given_colour()) {
+            (Some(reflectance), None, None) => Ok(match alphas {
+                Some((x, y)) => Self::from_reflectance(reflectance, x, y).into(),
+                None => Mirror { reflectance }.into(),
+            }),
+            (None, Some(eta), Some(k)) => Ok(match alphas {
+                Some((x, y)) => Self::new(eta, k, x, y).into(),
+                None => Mirror { reflectance: fresnel_conductor(1.0, eta, k) }.into(),
+            }),
+            _ => Err(Misfit::new("reflectance", "give either `reflectance`, or both `eta` and `k`")),
+        }
+    }
+
+    fn is_anisotropic(&self) -> bool {
+        self.ggx.is_anisotropic()
+    }
 
     #[inline]
     fn eval(&self, wo: Vec3, wi: Vec3, lobes: Lobes, _mode: TransportMode) -> Spectrum {

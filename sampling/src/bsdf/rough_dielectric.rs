@@ -1,7 +1,8 @@
 //! A rough interface between two transparent media: microfacets that reflect and refract.
 
 use super::fresnel::{DielectricFresnel, fresnel_dielectric};
-use super::{BsdfModel, BsdfSample, Dielectric, Ggx, Lobes, TransportMode};
+use super::roughness::alphas;
+use super::{Arguments, Bsdf, BsdfModel, BsdfSample, Dielectric, Ggx, Lobes, Misfit, Parameter, TransportMode};
 use crate::math::{Spectrum, reflect};
 use glam::{Vec2, Vec3};
 
@@ -83,6 +84,22 @@ impl RoughDielectric {
 
 impl BsdfModel for RoughDielectric {
     const NAME: &'static str = "rough_dielectric";
+    const ABOUT: &'static str = "a rough interface between two transparent media, such as ground glass";
+    const PARAMETERS: &'static [Parameter] =
+        &[Parameter::INDEX, Parameter::ROUGHNESS, Parameter::ALPHA, Parameter::ALPHA_X, Parameter::ALPHA_Y];
+
+    fn from_arguments(arguments: &Arguments) -> Result<Bsdf, Misfit> {
+        let [eta, roughness, alpha, alpha_x, alpha_y] = arguments.all();
+        let eta = eta.number();
+        Ok(match alphas([roughness, alpha, alpha_x, alpha_y])? {
+            Some((x, y)) => Self::new(eta, x, y).into(),
+            None => Dielectric { eta }.into(),
+        })
+    }
+
+    fn is_anisotropic(&self) -> bool {
+        self.ggx.is_anisotropic()
+    }
 
     #[inline]
     fn eval(&self, wo: Vec3, wi: Vec3, lobes: Lobes, mode: TransportMode) -> Spectrum {

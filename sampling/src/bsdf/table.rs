@@ -1,0 +1,100 @@
+//! What models with tables share: large, immutable data that a small, copyable model points to.
+//!
+//! A table lives as long as the program, and the same content is stored once, however many materials and scenes use it. So a
+//! BSDF is a plain value without a lifetime, and a hit copies no table.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::ops::Deref;
+use std::sync::Mutex;
+
+/// Any of the tables that arguments can be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Table {}
+
+/// A table and the hash of what it was made from.
+struct Entry<T> {
+    hash: blake3::Hash,
+    table: T,
+}
+
+/// A reference to a table. Two are equal if they were made from the same bytes.
+pub struct Shared<T: 'static>(&'static Entry<T>);
+
+impl<T> Clone for Shared<T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T> Copy for Shared<T> {}
+
+impl<T> PartialEq for Shared<T> {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.hash == other.0.hash
+    }
+}
+
+impl<T> fmt::Debug for Shared<T> {
+    /// The hash of its content, so that what is printed tells contents apart.
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "Table({})", self.0.hash)
+    }
+}
+
+impl<T> Deref for Shared<T> {
+    type Target = T;
+
+    #[inline]
+    fn deref(&self) -> &T {
+        &self.0.table
+    }
+}
+
+/// The tables of one kind that there are; a `static` in the file of its model.
+pub struct Tables<T: 'static>(Mutex<BTreeMap<[u8; 32], Shared<T>>>);
+
+impl<T> Tables<T> {
+    /// None yet.
+    pub const fn new() -> Self {
+        Self(Mutex::new(BTreeMap::new()))
+    }
+
+    /// The table of these bytes: the one that is there, or else the one that `make` makes.
+    ///
+    /// # Errors
+    ///
+    /// Those of `make`.
+    pub fn get<E>(&self, bytes: &[u8], make: impl FnOnce() -> Result<T, E>) -> Result<Shared<T>, E> {
+        let hash = blake3::hash(bytes);
+        let mut tables = self.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        if let Some(shared) = tables.get(hash.as_bytes()) {
+            return Ok(*shared);
+        }
+        let shared = Shared(Box::leak(Box::new(Entry { hash, table: make()? })));
+        tables.insert(*hash.as_bytes(), shared);
+        Ok(shared)
+    }
+}
+
+impl<T> std::default::Default for Tables<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_same_bytes_make_one_table() {
+        static TABLES: Tables<Vec<u8>> = Tables::new();
+        let table =
+            |bytes: &[u8]| TABLES.get(bytes, || if bytes.is_empty() { Err("empty") } else { Ok(bytes.to_vec()) });
+        let (a, b, c) = (table(b"one").unwrap(), table(b"one").unwrap(), table(b"two").unwrap());
+        assert!(std::ptr::eq(&*a, &*b) && a == b && a != c && *c == b"two");
+        assert_ne!(format!("{a:?}"), format!("{c:?}"));
+        assert_eq!(table(b""), Err("empty"));
+    }
+}
