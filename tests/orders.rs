@@ -82,7 +82,7 @@ fn sphere_with_a_point_emitter_at_its_centre() {
         origin: Vec3::ZERO,
         scale: radius as f32,
     };
-    let wall = builder.material(scenes::Material::Lambert { albedo });
+    let wall = builder.material(scenes::Material::lambert(albedo));
     let sphere = builder.sphere(DVec3::ZERO, radius, wall);
     builder.flip(sphere);
     builder.point_emitter(DVec3::ZERO, Spectrum::splat(intensity));

@@ -25,6 +25,8 @@ pub struct Needs {
     pub environment: bool,
     /// Some material or emission varies over its surface.
     pub textures: bool,
+    /// Some material is anisotropic, so that surfaces need tangents.
+    pub tangents: bool,
     /// Some surface has a Dirac part.
     pub delta_lobes: bool,
     /// Some surface has a part that isn't Dirac, so that connections can contribute.
@@ -56,6 +58,7 @@ impl Needs {
         let candidates = [
             ("environment", !self.environment),
             ("textures", !self.textures),
+            ("tangents", !self.tangents),
             ("delta_lobes", !self.delta_lobes),
             ("connections", !self.non_delta_lobes),
             ("emitter_choice", !self.emitter_choice),

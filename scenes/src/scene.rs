@@ -7,7 +7,7 @@ use crate::interaction::Interaction;
 use crate::material::Material;
 use crate::needs::Needs;
 use crate::ray::{Ray, SurfacePoint};
-use crate::surface::{Attributes, Surface, TriangleInfo};
+use crate::surface::{Attributes, SphereInfo, Surface, TriangleInfo};
 use glam::DVec3;
 use sampling::math::{Frame, Spectrum};
 use sampling::{Vec2, Vec3};
@@ -38,7 +38,7 @@ pub struct Scene {
     pub bounds: BoundingSphere,
     pub(crate) accel: Accel,
     pub(crate) triangles: Vec<TriangleInfo>,
-    pub(crate) sphere_surfaces: Vec<u32>,
+    pub(crate) spheres: Vec<SphereInfo>,
     pub(crate) surfaces: Vec<Surface>,
     pub(crate) attributes: Vec<Attributes>,
     pub(crate) materials: Vec<Material>,
@@ -52,6 +52,13 @@ pub struct BoundingSphere {
     pub center: Vec3,
     /// Radius \[m\]; 1 for a scene without surfaces.
     pub radius: f32,
+}
+
+/// How a surface is shaded at a point.
+struct Shading {
+    ns: Vec3,
+    smooth: bool,
+    uv: Vec2,
 }
 
 /// How many of each thing a scene holds.
@@ -74,7 +81,7 @@ impl Scene {
     pub fn counts(&self) -> Counts {
         Counts {
             triangles: self.triangles.len(),
-            spheres: self.sphere_surfaces.len(),
+            spheres: self.spheres.len(),
             shapes: self.surfaces.len(),
             materials: self.materials.len(),
             emitters: self.emitters.len(),
@@ -102,19 +109,22 @@ impl Scene {
     fn interaction(&self, hit: Hit) -> Interaction {
         match hit {
             Hit::Sphere { t, id, at } => {
-                let surface = &self.surfaces[self.sphere_surfaces[id as usize] as usize];
-                self.finish(surface, at, t, at.ng, false, Vec2::ZERO)
+                let info = &self.spheres[id as usize];
+                let surface = &self.surfaces[info.surface as usize];
+                let tangent = || info.pole.cross(at.ng);
+                self.finish(surface, at, t, Shading { ns: at.ng, smooth: false, uv: Vec2::ZERO }, tangent)
             }
             Hit::Triangle { t, id, p, b } => {
                 let info = &self.triangles[id as usize];
                 let surface = &self.surfaces[info.surface as usize];
                 let at = SurfacePoint::on_surface(p, info.ng, info.residual);
                 match surface.attributes {
-                    None => self.finish(surface, at, t, info.ng, false, b),
+                    None => self.finish(surface, at, t, Shading { ns: info.ng, smooth: false, uv: b }, || Vec3::ZERO),
                     Some(index) => {
                         let attributes = &self.attributes[index as usize];
                         let ns = attributes.normal(id, b, info.ng);
-                        self.finish(surface, at, t, ns, ns != info.ng, attributes.uv(id, b))
+                        let shading = Shading { ns, smooth: ns != info.ng, uv: attributes.uv(id, b) };
+                        self.finish(surface, at, t, shading, || attributes.tangent(id))
                     }
                 }
             }
@@ -122,16 +132,18 @@ impl Scene {
     }
 
     #[inline(always)]
-    fn finish(&self, surface: &Surface, point: SurfacePoint, t: f32, ns: Vec3, smooth: bool, uv: Vec2) -> Interaction {
-        Interaction {
-            point,
-            t,
-            frame: Frame::from_z(ns),
-            smooth,
-            uv,
-            bsdf: self.materials[surface.material.0 as usize].bsdf_at(point.p),
-            emitter: surface.emitter,
-        }
+    fn finish(
+        &self,
+        surface: &Surface,
+        point: SurfacePoint,
+        t: f32,
+        Shading { ns, smooth, uv }: Shading,
+        tangent: impl Fn() -> Vec3,
+    ) -> Interaction {
+        let bsdf = self.materials[surface.material.0 as usize].bsdf_at(point.p);
+        let turned = self.needs.tangents && bsdf.is_anisotropic();
+        let frame = if turned { Frame::from_z_x(ns, tangent()) } else { Frame::from_z(ns) };
+        Interaction { point, t, frame, smooth, uv, bsdf, emitter: surface.emitter }
     }
 
     /// Radiance emitted at a surface point in direction `w` (unit, away from it); zero if it doesn't emit that way.

@@ -20,12 +20,21 @@ pub(crate) struct TriangleInfo {
 pub(crate) struct Surface {
     pub material: MaterialId,
     pub emitter: Option<EmitterId>,
-    /// Its place among the meshes with vertex normals or texture coordinates.
+    /// Its place among the meshes with vertex normals, texture coordinates or tangents.
     pub attributes: Option<u32>,
 }
 
-/// Vertex normals and texture coordinates of a mesh; each may be empty.
-#[derive(Clone, Debug)]
+/// What a sphere has of its own.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SphereInfo {
+    /// The surface it belongs to.
+    pub surface: u32,
+    /// The axis about which its tangents run, eastwards; unit.
+    pub pole: Vec3,
+}
+
+/// Vertex normals and texture coordinates of a mesh, and the tangents of its triangles; each may be empty.
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Attributes {
     /// The id of the mesh's first triangle.
     pub first: u32,
@@ -33,6 +42,8 @@ pub(crate) struct Attributes {
     pub triangles: Vec<[u32; 3]>,
     pub normals: Vec<Vec3>,
     pub uvs: Vec<Vec2>,
+    /// The direction in which u grows, of each triangle; only for anisotropic materials.
+    pub tangents: Vec<Vec3>,
 }
 
 impl Attributes {
@@ -51,6 +62,12 @@ impl Attributes {
         }
     }
 
+    /// The direction in which u grows on a triangle; zero where nothing is known of it.
+    #[inline]
+    pub fn tangent(&self, id: u32) -> Vec3 {
+        self.tangents.get((id - self.first) as usize).copied().unwrap_or(Vec3::ZERO)
+    }
+
     /// The texture coordinates of a triangle at barycentric coordinates `b`; these themselves if the mesh has none.
     #[inline]
     pub fn uv(&self, id: u32, b: Vec2) -> Vec2 {
@@ -60,4 +77,14 @@ impl Attributes {
         let [uv0, uv1, uv2] = self.triangles[(id - self.first) as usize].map(|vertex| self.uvs[vertex as usize]);
         uv0 * (1.0 - b.x - b.y) + uv1 * b.x + uv2 * b.y
     }
+}
+
+/// The direction in which u grows on a triangle of these corners and texture coordinates; zero where it doesn't grow.
+pub(crate) fn tangent([p0, p1, p2]: [Vec3; 3], [uv0, uv1, uv2]: [Vec2; 3]) -> Vec3 {
+    let (d1, d2) = (uv1 - uv0, uv2 - uv0);
+    let scale = d1.perp_dot(d2);
+    if scale == 0.0 {
+        return Vec3::ZERO;
+    }
+    (((p1 - p0) * d2.y - (p2 - p0) * d1.y) * scale.signum()).normalize_or_zero()
 }

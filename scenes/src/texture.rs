@@ -36,6 +36,11 @@ impl Texture {
         }
     }
 
+    /// Whether it is the same everywhere.
+    pub fn is_constant(&self) -> bool {
+        matches!(self, Texture::Constant(_))
+    }
+
     /// The least and the greatest value of any channel over a ball.
     pub fn range_in_ball(&self, center: Vec3, radius: f32) -> (f32, f32) {
         let middle = self.at(center).to_array();

@@ -151,7 +151,7 @@ fn survival_of(albedo: Spectrum) -> f32 {
 }
 
 /// A model of the list: what is known of it without an instance.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct ModelEntry {
     /// What scene files call it.
     pub name: &'static str,
@@ -165,6 +165,12 @@ pub struct ModelEntry {
     pub from_arguments: fn(&Arguments) -> Result<Bsdf, Misfit>,
     /// [`BsdfModel::examples`].
     pub examples: fn() -> Vec<Bsdf>,
+}
+
+impl std::fmt::Debug for ModelEntry {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(self.name)
+    }
 }
 
 macro_rules! models {

@@ -27,6 +27,20 @@ impl Frame {
         }
     }
 
+    /// The frame around the unit vector `n` whose x axis is nearest to `tangent`, of length 1 or less; [`from_z`](Self::from_z)
+    /// where less than 10⁻⁵ of it is across `n`.
+    #[inline]
+    pub fn from_z_x(n: Vec3, tangent: Vec3) -> Self {
+        let across = tangent - n * n.dot(tangent);
+        if across.length_squared() < 1e-10 {
+            return Self::from_z(n);
+        }
+        // Once more, for what rounding has left along the normal.
+        let across = across.normalize();
+        let x = (across - n * n.dot(across)).normalize();
+        Self { x, y: n.cross(x), z: n }
+    }
+
     /// The local coordinates of a world-space vector.
     #[inline]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
@@ -68,6 +82,23 @@ mod tests {
             }
             assert!(f.x.dot(f.y).abs() < 1e-6 && f.y.dot(f.z).abs() < 1e-6 && f.z.dot(f.x).abs() < 1e-6, "{n}");
             assert!((f.x.cross(f.y) - f.z).length() < 1e-6, "{n}");
+        }
+    }
+
+    #[test]
+    fn frames_follow_their_tangent() {
+        for n in normals() {
+            for tangent in [Vec3::X, vec3(0.3, -2e-3, 1.0), vec3(1e-4, 2e-4, 0.0), n, Vec3::ZERO] {
+                let f = Frame::from_z_x(n, tangent);
+                for v in [f.x, f.y, f.z] {
+                    assert!((v.length() - 1.0).abs() < 1e-6, "{n} {tangent} {v}");
+                }
+                assert!(f.x.dot(f.y).abs() < 1e-6 && f.x.dot(n).abs() < 2e-6 && (f.x.cross(f.y) - n).length() < 2e-6);
+                assert!(
+                    f.y.dot(tangent).abs() <= 1e-5 * tangent.length().max(1e-30)
+                        || n.dot(tangent.normalize_or_zero()).abs() > 0.999
+                );
+            }
         }
     }
 

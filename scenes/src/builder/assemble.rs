@@ -12,10 +12,9 @@ use crate::material::Material;
 use crate::needs::Skip;
 use crate::scene::{BoundingSphere, Scene};
 use crate::shape::Geometry;
-use crate::texture::Texture;
 use glam::DVec3;
 use rayon::prelude::*;
-use sampling::bsdf::{Bsdf, Lambert};
+use sampling::bsdf::Bsdf;
 
 pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, SceneError> {
     let shift = recentring(&builder.shapes);
@@ -57,7 +56,7 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
         bounds,
         accel,
         triangles: parts.infos,
-        sphere_surfaces: parts.sphere_surfaces,
+        spheres: parts.sphere_infos,
         surfaces: parts.surfaces,
         attributes: parts.attributes,
         materials: parts.materials,
@@ -99,15 +98,10 @@ fn extent(shape: &Shape) -> (DVec3, DVec3) {
 }
 
 fn materials(given: &[Material], shift: DVec3, skip: Skip) -> Vec<Material> {
-    let build = |material: &Material| match *material {
-        Material::Lambert { albedo } => match (albedo, skip) {
-            (Texture::Constant(albedo), Skip::Unneeded) => Lambert { albedo }.into(),
-            _ => Material::Lambert { albedo: albedo.recentred(shift) },
-        },
-        Material::Constant(Bsdf::Lambert(lambert)) if skip == Skip::Nothing => {
-            Material::Lambert { albedo: Texture::Constant(lambert.albedo) }
-        }
-        Material::Constant(bsdf) => Material::Constant(bsdf),
+    let build = |material: &Material| match material {
+        Material::Varying(varying) => (**varying).clone().recentred(shift).into(),
+        Material::Constant(Bsdf::Lambert(lambert)) if skip == Skip::Nothing => Material::lambert(lambert.albedo.into()),
+        Material::Constant(bsdf) => Material::Constant(*bsdf),
     };
     given.iter().map(build).collect()
 }

@@ -6,7 +6,7 @@ use crate::material::Material;
 use crate::shape::Geometry;
 use crate::texture::Texture;
 use glam::DMat3;
-use sampling::bsdf::Bsdf;
+use sampling::bsdf::{Bsdf, Domain};
 use sampling::math::Spectrum;
 
 /// How far an albedo may exceed 1, for what rounding makes of exact numbers.
@@ -23,11 +23,11 @@ pub(super) fn check(builder: &SceneBuilder) -> Result<(), SceneError> {
         match material {
             Material::Constant(Bsdf::Lambert(lambert)) => check_albedo(lambert.albedo, &format!("material {index}"))?,
             Material::Constant(_) => {}
-            Material::Lambert { albedo: Texture::Constant(value) } => {
-                check_albedo(*value, &format!("material {index}"))?
+            Material::Varying(varying) => {
+                if let Some((name, ..)) = varying.textures().find(|(.., texture)| !texture.is_valid()) {
+                    return Err(bad_texture(&format!("the {name} of material {index}")));
+                }
             }
-            Material::Lambert { albedo } if albedo.is_valid() => {}
-            Material::Lambert { .. } => return Err(bad_texture(&format!("the albedo of material {index}"))),
         }
     }
     for (index, shape) in builder.shapes.iter().enumerate() {
@@ -115,13 +115,24 @@ pub(super) fn similarity_scale(matrix: &DMat3) -> Option<f64> {
 }
 
 /// An albedo must be in [0, 1] for a surface not to make light.
-pub(super) fn check_albedo(albedo: Spectrum, name: &str) -> Result<(), SceneError> {
+fn check_albedo(albedo: Spectrum, name: &str) -> Result<(), SceneError> {
     let inside = albedo.to_array().into_iter().all(|channel| (0.0..=1.0 + ALBEDO_SLACK).contains(&channel));
     if inside {
         return Ok(());
     }
     let message = format!("the albedo of {name} reaches {:?}", albedo.to_array());
     Err(SceneError::invalid(message, "keep every channel between 0 and 1"))
+}
+
+/// What a texture gives must be in the domain of its parameter.
+pub(super) fn check_domain(value: Spectrum, domain: Domain, parameter: &str, name: &str) -> Result<(), SceneError> {
+    let slack = Spectrum::splat(ALBEDO_SLACK);
+    let holds = |value: Spectrum| value.to_array().into_iter().all(|channel| domain.holds(channel));
+    if holds(value) || holds(value - slack) || holds(value + slack) {
+        return Ok(());
+    }
+    let message = format!("the {parameter} of {name} reaches {:?}", value.to_array());
+    Err(SceneError::invalid(message, format!("keep it {domain}")))
 }
 
 /// Emitted light must be finite and not negative.

@@ -4,7 +4,7 @@ use crate::camera::Camera;
 use crate::emitter::{Emitter, EmitterId};
 use crate::material::Material;
 use crate::shape::{Sphere, Triangle};
-use crate::surface::{Attributes, Surface, TriangleInfo};
+use crate::surface::{Attributes, SphereInfo, Surface, TriangleInfo};
 use std::fmt::Debug;
 
 /// Everything an image depends on.
@@ -12,7 +12,7 @@ pub(super) struct Content<'a> {
     pub triangles: &'a [Triangle],
     pub infos: &'a [TriangleInfo],
     pub spheres: &'a [Sphere],
-    pub sphere_surfaces: &'a [u32],
+    pub sphere_infos: &'a [SphereInfo],
     pub surfaces: &'a [Surface],
     pub attributes: &'a [Attributes],
     pub materials: &'a [Material],
@@ -38,9 +38,11 @@ pub(super) fn hash(content: &Content) -> String {
         attributes.normals.iter().for_each(|n| hasher.floats(n.to_array()));
         hasher.section("uvs", attributes.uvs.len());
         attributes.uvs.iter().for_each(|uv| hasher.floats(uv.to_array()));
+        hasher.section("tangents", attributes.tangents.len());
+        attributes.tangents.iter().for_each(|tangent| hasher.floats(tangent.to_array()));
     }
     hasher.listing("spheres", content.spheres);
-    hasher.listing("surfaces of spheres", content.sphere_surfaces);
+    hasher.listing("surfaces of spheres", content.sphere_infos);
     hasher.listing("surfaces", content.surfaces);
     hasher.listing("materials", content.materials);
     hasher.section("emitters", content.emitters.len());

@@ -1,17 +1,17 @@
 //! The parts of a scene while it is put together.
 
 use super::Shape;
-use super::check::{check_albedo, check_light, similarity_scale};
+use super::check::{check_domain, check_light, similarity_scale};
 use super::hash::Content;
 use crate::accel::FEW;
 use crate::camera::Camera;
 use crate::emitter::{AreaEmitter, AreaShape, Emission, Emitter, EmitterId};
 use crate::error::SceneError;
-use crate::material::Material;
+use crate::material::{Material, MaterialId};
 use crate::needs::{Needs, Skip};
 use crate::scene::BoundingSphere;
 use crate::shape::{BakedMesh, Geometry, MeshData, Parallelogram, Sphere, Triangle, bake_mesh};
-use crate::surface::{Attributes, Surface, TriangleInfo};
+use crate::surface::{Attributes, SphereInfo, Surface, TriangleInfo, tangent};
 use crate::texture::Texture;
 use glam::DVec3;
 use sampling::Vec3;
@@ -29,7 +29,7 @@ pub(super) struct Parts {
     pub triangles: Vec<Triangle>,
     pub infos: Vec<TriangleInfo>,
     pub spheres: Vec<Sphere>,
-    pub sphere_surfaces: Vec<u32>,
+    pub sphere_infos: Vec<SphereInfo>,
     pub surfaces: Vec<Surface>,
     pub attributes: Vec<Attributes>,
     pub emitters: Vec<Emitter>,
@@ -40,7 +40,7 @@ pub(super) struct Parts {
 /// Where the surface of a shape went.
 enum Placed {
     Sphere(Sphere),
-    Quad(Parallelogram, Range<usize>),
+    Quad { quad: Parallelogram, range: Range<usize>, along_u: Vec3 },
     Mesh(Range<usize>),
 }
 
@@ -51,8 +51,9 @@ impl Parts {
         let (material, emission) = (shape.material, shape.emission);
         let attributes_before = self.attributes.len();
         let placed = self.place(shape, &name, shift)?;
-        if let Material::Lambert { albedo } = self.materials[material.0 as usize] {
-            self.check_over(&placed, &albedo, |value| check_albedo(value, &name))?;
+        self.check_material(material, &placed, &name)?;
+        if self.materials[material.0 as usize].is_anisotropic() {
+            self.add_tangents(&placed, attributes_before);
         }
         let emitter = match emission {
             None => None,
@@ -78,7 +79,8 @@ impl Parts {
                 let center = (transform.transform_point3(center) - shift).as_vec3();
                 let sphere = Sphere { center, radius: (radius * scale) as f32, flipped };
                 self.spheres.push(sphere);
-                self.sphere_surfaces.push(self.surfaces.len() as u32);
+                let pole = transform.transform_vector3(DVec3::Z).normalize_or(DVec3::Z).as_vec3();
+                self.sphere_infos.push(SphereInfo { surface: self.surfaces.len() as u32, pole });
                 Ok(Placed::Sphere(sphere))
             }
             Geometry::Quad { origin, edge_u, edge_v } => {
@@ -93,7 +95,8 @@ impl Parts {
                 };
                 let [first, second] = [baked.triangle(0).0, baked.triangle(1).0];
                 let quad = parallelogram(first, second, [normal_a, normal_b]);
-                Ok(Placed::Quad(quad, self.add_mesh(baked)))
+                let along_u = transform.transform_vector3(edge_u).normalize_or_zero().as_vec3();
+                Ok(Placed::Quad { quad, range: self.add_mesh(baked), along_u })
             }
             Geometry::Mesh(mesh) => Ok(Placed::Mesh(self.add_mesh(bake_mesh(mesh, &transform, flipped, shift)))),
         }
@@ -112,9 +115,28 @@ impl Parts {
         self.degenerate += mesh.degenerate;
         if !mesh.normals.is_empty() || !mesh.uvs.is_empty() {
             let BakedMesh { triangles, normals, uvs, .. } = mesh;
-            self.attributes.push(Attributes { first: first as u32, triangles, normals, uvs });
+            self.attributes.push(Attributes { first: first as u32, triangles, normals, uvs, tangents: Vec::new() });
         }
         first..self.triangles.len()
+    }
+
+    /// Gives the triangles of a surface their tangents, if anything is known of them; `index` is the place of its attributes.
+    fn add_tangents(&mut self, placed: &Placed, index: usize) {
+        match placed {
+            Placed::Sphere(_) => {}
+            Placed::Quad { range, along_u, .. } => {
+                let tangents = vec![*along_u; range.len()];
+                self.attributes.push(Attributes { first: range.start as u32, tangents, ..Attributes::default() });
+            }
+            Placed::Mesh(range) => {
+                let triangles = &self.triangles[range.clone()];
+                if let Some(attributes) = self.attributes.get_mut(index).filter(|attributes| !attributes.uvs.is_empty())
+                {
+                    let corners = attributes.triangles.iter().map(|t| t.map(|vertex| attributes.uvs[vertex as usize]));
+                    attributes.tangents = triangles.iter().zip(corners).map(|(t, uvs)| tangent(t.0, uvs)).collect();
+                }
+            }
+        }
     }
 
     fn area_emitter(&self, placed: &Placed, emission: Emission, name: &str) -> Result<AreaEmitter, SceneError> {
@@ -124,7 +146,7 @@ impl Parts {
             Placed::Sphere(sphere) => {
                 (AreaShape::Sphere(*sphere), f64::from(sphere.area()), radiance.at(sphere.center))
             }
-            Placed::Quad(quad, range) => {
+            Placed::Quad { quad, range, .. } => {
                 let (area, mean) = area_and_mean(&self.triangles[range.clone()], radiance);
                 (AreaShape::Quad(*quad), area, mean)
             }
@@ -155,6 +177,37 @@ impl Parts {
         AreaShape::Mesh { triangles, cumulative }
     }
 
+    /// Checks a material that varies where its textures are largest and smallest on a surface, and notes its lobes there.
+    fn check_material(&mut self, id: MaterialId, placed: &Placed, name: &str) -> Result<(), SceneError> {
+        let Material::Varying(mut varying) = self.materials[id.0 as usize].clone() else { return Ok(()) };
+        for (parameter, domain, texture) in varying.textures() {
+            self.check_over(placed, texture, |value| check_domain(value, domain, parameter, name))?;
+        }
+        let mut try_with = |value: &dyn Fn(&Texture) -> Spectrum| match varying.with(value) {
+            Ok(bsdf) => {
+                varying.include(&bsdf);
+                Ok(())
+            }
+            Err(misfit) => Err(SceneError::invalid(
+                format!("the material of {name} has a bad `{}`", misfit.parameter),
+                misfit.mend,
+            )),
+        };
+        match placed {
+            Placed::Sphere(sphere) => {
+                let range = |texture: &Texture| texture.range_in_ball(sphere.center, sphere.radius);
+                try_with(&|texture| Spectrum::splat(range(texture).0))?;
+                try_with(&|texture| Spectrum::splat(range(texture).1))?;
+            }
+            Placed::Quad { range, .. } | Placed::Mesh(range) => {
+                let vertices = self.triangles[range.clone()].iter().flat_map(|t| t.0);
+                vertices.into_iter().try_for_each(|vertex| try_with(&|texture| texture.at(vertex)))?;
+            }
+        }
+        self.materials[id.0 as usize] = Material::Varying(varying);
+        Ok(())
+    }
+
     /// Checks a texture where it is largest and smallest on a surface: it is linear.
     fn check_over(
         &self,
@@ -167,7 +220,7 @@ impl Parts {
                 let (low, high) = texture.range_in_ball(sphere.center, sphere.radius);
                 check(Spectrum::splat(low)).and_then(|()| check(Spectrum::splat(high)))
             }
-            Placed::Quad(_, range) | Placed::Mesh(range) => match texture {
+            Placed::Quad { range, .. } | Placed::Mesh(range) => match texture {
                 Texture::Constant(value) => check(*value),
                 Texture::Ramp { .. } => self.triangles[range.clone()]
                     .iter()
@@ -213,12 +266,14 @@ impl Parts {
         let used = || self.surfaces.iter().map(|surface| &self.materials[surface.material.0 as usize]);
         let everything = skip == Skip::Nothing;
         let has = |lobes: Lobes| used().any(|material| material.lobes().intersects(lobes));
-        let textured = |emitter: &Emitter| matches!(emitter, Emitter::Area(area) if !matches!(area.emission.radiance, Texture::Constant(_)));
+        let textured =
+            |emitter: &Emitter| matches!(emitter, Emitter::Area(area) if !area.emission.radiance.is_constant());
         let bright = || self.emitters.iter().filter(|emitter| emitter.power() > 0.0);
         let primitives = self.triangles.len() + self.spheres.len();
         Needs {
             skip,
             environment: everything || self.emitters.iter().any(|e| matches!(e, Emitter::Environment(_))),
+            tangents: everything || used().any(Material::is_anisotropic),
             textures: everything || used().any(Material::is_textured) || self.emitters.iter().any(textured),
             delta_lobes: everything || has(Lobes::DELTA),
             non_delta_lobes: everything || has(Lobes::NON_DELTA),
@@ -244,7 +299,7 @@ impl Parts {
             triangles: &self.triangles,
             infos: &self.infos,
             spheres: &self.spheres,
-            sphere_surfaces: &self.sphere_surfaces,
+            sphere_infos: &self.sphere_infos,
             surfaces: &self.surfaces,
             attributes: &self.attributes,
             materials,

@@ -1,8 +1,10 @@
 use super::*;
+use crate::ray::Ray;
 use crate::test_support::{add_room, built, bumpy_ball, grey_builder, ramp_z};
 use crate::texture::Texture;
 use glam::dvec3;
 use sampling::bsdf::{Lambert, Mirror};
+use sampling::{Vec3, vec2, vec3};
 
 #[track_caller]
 fn refused(builder: SceneBuilder, word: &str) {
@@ -84,7 +86,7 @@ fn what_is_wrong_is_told() {
     refused(
         with(&|b, _| {
             let albedo = ramp_z(Spectrum::splat(0.5), Spectrum::splat(0.6));
-            let ramp = b.material(Material::Lambert { albedo });
+            let ramp = b.material(Material::lambert(albedo));
             b.sphere(DVec3::ZERO, 1.0, ramp);
         }),
         "albedo",
@@ -150,7 +152,7 @@ fn a_distant_scene_is_recentred_and_loses_nothing() {
         origin: place.as_vec3(),
         scale: 1.0,
     };
-    let ramp = builder.material(Material::Lambert { albedo });
+    let ramp = builder.material(Material::lambert(albedo));
     builder.sphere(place, 0.5, ramp);
     let scene = built(builder, Skip::Unneeded);
     assert!((scene.origin - place).length() < 1e-9);
@@ -174,7 +176,8 @@ fn needs_say_what_a_scene_asks_and_nothing_is_skipped_when_told_so() {
     let needs = build(Skip::Unneeded).needs;
     assert!(needs.only_lambertian && needs.few_primitives && needs.hittable_emitters && !needs.emitter_choice);
     assert_eq!((needs.primitives, needs.emitters), (12, 1));
-    assert_eq!(needs.skipped(), ["environment", "textures", "delta_lobes", "emitter_choice", "delta_emitters", "bvh"]);
+    let skipped = ["environment", "textures", "tangents", "delta_lobes", "emitter_choice", "delta_emitters", "bvh"];
+    assert_eq!(needs.skipped(), skipped);
     let all = build(Skip::Nothing).needs;
     assert!(all.skipped().is_empty());
     assert!(all.environment && all.textures && all.delta_lobes && !all.only_lambertian && !all.few_primitives);
@@ -201,4 +204,64 @@ fn an_empty_scene_is_a_scene() {
         assert!(scene.intersect(&ray).is_none() && !scene.occluded(&ray));
         assert_eq!(scene.bounds.radius, 1.0);
     }
+}
+
+#[test]
+fn tangents_run_along_u() {
+    let metal = || sampling::bsdf::RoughConductor::from_reflectance(Spectrum::ONE, 0.1, 0.4);
+    let look = |add: &dyn Fn(&mut SceneBuilder, MaterialId)| {
+        let mut builder = SceneBuilder::new("tangents");
+        let material = builder.material(sampling::bsdf::Bsdf::from(metal()));
+        add(&mut builder, material);
+        builder.camera(CameraSettings {
+            position: dvec3(0.3, 0.2, 5.0),
+            target: DVec3::ZERO,
+            up: DVec3::Y,
+            fov: 40.0,
+            width: 4,
+            height: 4,
+        });
+        let scene = builder.build(Skip::Unneeded).unwrap();
+        assert!(scene.needs.tangents);
+        let ray = Ray::new(vec3(0.3, 0.2, 5.0), -Vec3::Z);
+        scene.intersect(&ray).unwrap().frame.x
+    };
+    let along = |a: Vec3, b: Vec3| assert!((a.dot(b).abs() - 1.0).abs() < 1e-5, "{a} is not along {b}");
+    let turned = DAffine3::from_rotation_z(0.3);
+    let east = vec3(0.3f32.cos(), 0.3f32.sin(), 0.0);
+    for flip in [false, true] {
+        along(
+            east,
+            look(&|builder, material| {
+                let quad = builder.quad(dvec3(-1.0, -1.0, 0.0), dvec3(2.0, 0.0, 0.0), dvec3(0.0, 2.0, 0.0), material);
+                builder.transform(quad, turned);
+                if flip {
+                    builder.flip(quad);
+                }
+            }),
+        );
+        along(
+            east,
+            look(&|builder, material| {
+                let mesh = MeshData {
+                    positions: vec![dvec3(-2.0, -2.0, 0.0), dvec3(2.0, -2.0, 0.0), dvec3(0.0, 4.0, 0.0)],
+                    triangles: vec![[0, 1, 2]],
+                    normals: Vec::new(),
+                    uvs: vec![vec2(0.0, 0.0), vec2(1.0, 0.0), vec2(0.5, 1.5)],
+                };
+                let mesh = builder.mesh(mesh, material);
+                builder.transform(mesh, turned);
+                if flip {
+                    builder.flip(mesh);
+                }
+            }),
+        );
+    }
+    // On a sphere they run around its pole, here the y axis.
+    let upright = DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2);
+    let tangent = look(&|builder, material| {
+        let sphere = builder.sphere(DVec3::ZERO, 1.0, material);
+        builder.transform(sphere, upright);
+    });
+    assert!(tangent.y.abs() < 1e-6, "{tangent}");
 }

@@ -1,23 +1,21 @@
 //! `[materials.NAME]` of scene files.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
-use sampling::bsdf::{Bsdf, Dielectric, Ggx, Lambert, Mirror, RoughConductor, RoughDielectric};
-use sampling::math::Spectrum;
+use sampling::bsdf::{Argument, Arguments, Bsdf, Domain, Misfit, Parameter, Preset};
 
 use super::kind;
 use super::reader::{Table, Value};
 use crate::builder::SceneBuilder;
 use crate::error::SceneError;
-use crate::material::{Material, MaterialId};
+use crate::material::{Material, MaterialId, Varying};
 use crate::suggest::did_you_mean;
 use crate::texture::Texture;
 
-const ALBEDO: &str = "it must lie between 0 and 1 in every channel: a surface reflects no more than it receives";
-
 /// The materials of a scene file by name.
 pub(super) struct Materials<'a> {
-    by_name: BTreeMap<&'a str, (MaterialId, Option<Texture>)>,
+    by_name: BTreeMap<&'a str, (MaterialId, Material)>,
 }
 
 impl Materials<'_> {
@@ -26,160 +24,170 @@ impl Materials<'_> {
         let value = shape.need("material", "\"white\"")?;
         let name = value.text()?;
         let names: Vec<&str> = self.by_name.keys().copied().collect();
-        match self.by_name.get(name) {
-            Some(&(id, _)) => Ok(id),
-            None if names.is_empty() => {
-                Err(value.error(format!("there are no materials; add a table `[materials.{name}]`")))
-            }
-            None => Err(value.error(format!("there is no such material: {}", did_you_mean(name, &names)))),
-        }
+        self.by_name.get(name).map(|(id, _)| *id).ok_or_else(|| unknown(&value, name, &names))
     }
 
-    /// The albedo of a material where it is a ramp.
-    pub fn ramp(&self, name: &str) -> Option<&Texture> {
-        self.by_name.get(name)?.1.as_ref()
+    /// A material whose parameters vary.
+    pub fn varying(&self, name: &str) -> Option<&Varying> {
+        match &self.by_name.get(name)?.1 {
+            Material::Varying(varying) => Some(varying),
+            Material::Constant(_) => None,
+        }
     }
 }
 
-/// Reads every material of a scene file.
-pub(super) fn read<'a>(root: &Table<'a>, builder: &mut SceneBuilder) -> Result<Materials<'a>, SceneError> {
+fn unknown(value: &Value, name: &str, names: &[&str]) -> SceneError {
+    if names.is_empty() {
+        return value.error(format!("there are no materials; add a table `[materials.{name}]`"));
+    }
+    value.error(format!("there is no such material: {}", did_you_mean(name, names)))
+}
+
+/// Reads every material of a scene file; files are looked for in `folder`.
+pub(super) fn read<'a>(
+    root: &Table<'a>,
+    folder: Option<&Path>,
+    builder: &mut SceneBuilder,
+) -> Result<Materials<'a>, SceneError> {
     let mut by_name = BTreeMap::new();
-    if let Some(value) = root.get("materials") {
-        for (name, material) in value.table()?.entries() {
-            let material = read_material(&material.table()?, builder)?;
-            let ramp = match material {
-                Material::Lambert { albedo } => Some(albedo),
-                Material::Constant(_) => None,
-            };
-            by_name.insert(name, (builder.material(material), ramp));
-        }
+    let reader = Reader::new(root, folder)?;
+    for (name, table) in &reader.tables {
+        let material = reader.material(table, &mut vec![*name])?;
+        by_name.insert(*name, (builder.material(material.clone()), material));
     }
     Ok(Materials { by_name })
 }
 
-/// Reads one material:
-///
-/// - `lambert { albedo }`: a colour in 0…1 or a ramp;
-/// - `mirror { reflectance = 1 }`: a perfect mirror;
-/// - `dielectric { eta }`: smooth glass, `eta` the index inside over that outside;
-/// - `rough_conductor { reflectance }` or `{ eta, k }`: GGX metal, by its reflectance at normal incidence or its
-///   complex index;
-/// - `rough_dielectric { eta }`: ground glass.
-///
-/// The rough ones take either `roughness` in 0…1, with α = roughness², or `alpha` itself. At 0 they are the smooth models:
-/// mirror and dielectric. α is the same all round: surfaces have no tangents along which a lobe could lie.
-fn read_material(table: &Table, builder: &mut SceneBuilder) -> Result<Material, SceneError> {
-    Ok(match kind(table, &["lambert", "mirror", "dielectric", "rough_conductor", "rough_dielectric"])? {
-        "lambert" => {
-            table.allow_only(&["type", "albedo"])?;
-            match texture(&table.need("albedo", "0.7")?, 1.0, ALBEDO)? {
-                Texture::Constant(albedo) => Bsdf::from(Lambert { albedo }).into(),
-                albedo => Material::Lambert { albedo },
+/// Reads materials, which may name one another.
+struct Reader<'a, 'f> {
+    /// In the order of the file.
+    tables: Vec<(&'a str, Table<'a>)>,
+    folder: Option<&'f Path>,
+}
+
+impl<'a, 'f> Reader<'a, 'f> {
+    fn new(root: &Table<'a>, folder: Option<&'f Path>) -> Result<Self, SceneError> {
+        let entries = root.get("materials").map(|value| value.table()).transpose()?.map(|table| table.entries());
+        let tables = entries.unwrap_or_default().into_iter().map(|(name, value)| Ok((name, value.table()?)));
+        Ok(Self { tables: tables.collect::<Result<_, SceneError>>()?, folder })
+    }
+
+    /// Reads one material: its `type` is the name of a model, its other keys are that model's parameters. `within` are the
+    /// names of the materials that are being read.
+    fn material(&self, table: &Table<'a>, within: &mut Vec<&'a str>) -> Result<Material, SceneError> {
+        let names: Vec<&str> = Bsdf::MODELS.iter().map(|model| model.name).collect();
+        let model = Bsdf::model(kind(table, &names)?).expect("its name is in the list");
+        let keys: Vec<&str> = std::iter::once("type").chain(model.parameters.iter().map(|p| p.name)).collect();
+        table.allow_only(&keys)?;
+        let mut arguments = Arguments::presets(model.parameters);
+        let mut textures = Vec::new();
+        for (place, parameter) in model.parameters.iter().enumerate() {
+            match self.argument(table, parameter, within)? {
+                Some(Given::Constant(argument)) => arguments.set(place, argument),
+                Some(Given::Texture(texture)) => textures.push((place, texture)),
+                None => {}
             }
         }
-        "mirror" => {
-            table.allow_only(&["type", "reflectance"])?;
-            let reflectance = match table.get("reflectance") {
-                Some(value) => value.colour_in(0.0..=1.0, ALBEDO)?,
-                None => Spectrum::ONE,
+        if !textures.is_empty() {
+            return Ok(Varying::new(model, arguments, textures).into());
+        }
+        (model.from_arguments)(&arguments).map(Material::from).map_err(|misfit| misfit_error(table, &misfit))
+    }
+
+    fn argument(
+        &self,
+        table: &Table<'a>,
+        parameter: &Parameter,
+        within: &mut Vec<&'a str>,
+    ) -> Result<Option<Given>, SceneError> {
+        let Some(value) = table.get(parameter.name) else {
+            return match parameter.preset {
+                Preset::Required(example) => table.need(parameter.name, example).map(|_| None),
+                _ => Ok(None),
             };
-            Bsdf::from(Mirror { reflectance }).into()
-        }
-        "dielectric" => {
-            table.allow_only(&["type", "eta"])?;
-            Bsdf::from(Dielectric { eta: index(table)? }).into()
-        }
-        "rough_conductor" => rough_conductor(table, builder)?.into(),
-        _ => {
-            table.allow_only(&["type", "eta", "roughness", "alpha"])?;
-            let eta = index(table)?;
-            match alpha(table)? {
-                Some(alpha) => Bsdf::from(RoughDielectric::new(eta, alpha, alpha)).into(),
-                None => Bsdf::from(Dielectric { eta }).into(),
+        };
+        let constant = |argument| Ok(Some(Given::Constant(argument)));
+        let wrong = || value.error(format!("it must be {} ({})", parameter.domain, parameter.about));
+        match parameter.domain {
+            Domain::Number(..) | Domain::Colour(..) if value.is_table() => {
+                texture(&value).map(Given::Texture).map(Some)
             }
+            Domain::Number(..) => {
+                let x = value.number()? as f32;
+                if parameter.domain.holds(x) { constant(Argument::Number(x)) } else { Err(wrong()) }
+            }
+            Domain::Colour(..) => {
+                let colour = value.colour()?;
+                let holds = colour.to_array().iter().all(|channel| parameter.domain.holds(*channel));
+                if holds { constant(Argument::Colour(colour)) } else { Err(wrong()) }
+            }
+            Domain::Choice(words) => {
+                let word = value.text()?;
+                let place = words.iter().position(|w| *w == word);
+                constant(Argument::Choice(place.ok_or_else(|| value.error(did_you_mean(word, words)))?))
+            }
+            Domain::Numbers { least, read } => {
+                let numbers = value.array()?.iter().map(Value::number).collect::<Result<Vec<f64>, _>>()?;
+                if numbers.len() < least || numbers.iter().any(|x| *x < 0.0) {
+                    return Err(wrong());
+                }
+                let numbers: Vec<f32> = numbers.into_iter().map(|x| x as f32).collect();
+                constant(Argument::Table(read(&numbers).map_err(|mend| value.error(mend))?))
+            }
+            Domain::File { read } => {
+                let Some(folder) = self.folder else { return Err(value.error("a built-in scene cannot name files")) };
+                let path = folder.join(value.text()?);
+                let bytes = std::fs::read(&path).map_err(|error| {
+                    value.error(format!(
+                        "cannot read {}: {error}; paths start at the scene file's folder",
+                        path.display()
+                    ))
+                })?;
+                let table = read(&bytes).map_err(|mend| value.error(format!("{}: {mend}", path.display())))?;
+                constant(Argument::Table(table))
+            }
+            Domain::Model => constant(Argument::Model(self.other(&value, within)?)),
         }
-    })
-}
-
-/// The index of refraction, inside over outside.
-fn index(table: &Table) -> Result<f32, SceneError> {
-    let value = table.need("eta", "1.5")?;
-    Ok(value.number_in(0.01..=100.0, "an index of refraction lies between 0.01 and 100; glass has 1.5")? as f32)
-}
-
-fn rough_conductor(table: &Table, builder: &mut SceneBuilder) -> Result<Bsdf, SceneError> {
-    table.allow_only(&["type", "reflectance", "eta", "k", "roughness", "alpha"])?;
-    let alpha = alpha(table)?;
-    if let Some(value) = table.get("reflectance") {
-        if table.get("eta").is_some() || table.get("k").is_some() {
-            return Err(value.error("give either `reflectance`, or `eta` and `k`"));
-        }
-        let reflectance = value.colour_in(0.0..=1.0, ALBEDO)?;
-        return Ok(match alpha {
-            Some(alpha) => RoughConductor::from_reflectance(reflectance, alpha, alpha).into(),
-            None => Mirror { reflectance }.into(),
-        });
     }
-    let positive = f32::MIN_POSITIVE..=1e3;
-    let eta = table.need("eta", "[0.2, 0.9, 1.1]")?.colour_in(positive, "an index of refraction is above 0")?;
-    let k = table.need("k", "[3.9, 2.5, 2.1]")?.colour_in(0.0..=1e3, "an extinction index is at least 0")?;
-    Ok(match alpha {
-        Some(alpha) => RoughConductor::new(eta, k, alpha, alpha).into(),
-        None => {
-            builder.note(format!(
-                "{}: a smooth conductor reflects as a mirror of its reflectance at normal incidence, at every angle",
-                table.name
-            ));
-            Mirror { reflectance: normal_reflectance(eta, k) }.into()
-        }
-    })
-}
 
-/// Fresnel reflectance of a conductor at normal incidence, ((η − 1)² + k²) / ((η + 1)² + k²).
-fn normal_reflectance(eta: Spectrum, k: Spectrum) -> Spectrum {
-    let one = Spectrum::ONE;
-    ((eta - one) * (eta - one) + k * k) / ((eta + one) * (eta + one) + k * k)
-}
-
-/// The width of the microfacet distribution, or `None` where the surface is smooth.
-fn alpha(table: &Table) -> Result<Option<f32>, SceneError> {
-    let (value, alpha) = match (table.get("roughness"), table.get("alpha")) {
-        (Some(_), Some(alpha)) => {
-            return Err(alpha.error("give either `roughness` or `alpha`, which is roughness²"));
+    /// The material that another names, which may not vary.
+    fn other(&self, value: &Value<'a>, within: &mut Vec<&'a str>) -> Result<&'static Bsdf, SceneError> {
+        let name = value.text()?;
+        let names: Vec<&str> = self.tables.iter().map(|(name, _)| *name).collect();
+        let Some((name, table)) = self.tables.iter().find(|(other, _)| *other == name) else {
+            return Err(unknown(value, name, &names));
+        };
+        if within.contains(name) {
+            return Err(value.error(format!("a material cannot contain itself: {} → {name}", within.join(" → "))));
         }
-        (Some(roughness), None) => {
-            let alpha = unit(&roughness)?.powi(2);
-            (roughness, alpha)
+        within.push(name);
+        let material = self.material(table, within)?;
+        within.pop();
+        match material {
+            Material::Constant(bsdf) => Ok(bsdf.kept()),
+            Material::Varying(_) => Err(value.error("it must be the name of a material that doesn't vary")),
         }
-        (None, Some(alpha)) => {
-            let width = unit(&alpha)?;
-            (alpha, width)
-        }
-        (None, None) => {
-            return Err(table.error(format!("`{}` lacks `roughness`", table.name), "add for example `roughness = 0.3`"));
-        }
-    };
-    if alpha == 0.0 {
-        return Ok(None);
     }
-    let alpha = alpha as f32;
-    if alpha < Ggx::MIN_ALPHA {
-        let least = if table.get("alpha").is_some() { Ggx::MIN_ALPHA } else { Ggx::MIN_ALPHA.sqrt() };
-        return Err(value.error(format!("give at least {least}, or 0 for a smooth surface")));
-    }
-    Ok(Some(alpha))
 }
 
-fn unit(value: &Value) -> Result<f64, SceneError> {
-    value.number_in(0.0..=1.0, "it lies between 0 (smooth) and 1")
+enum Given {
+    Constant(Argument),
+    Texture(Texture),
+}
+
+/// What is wrong with a material whose arguments are each in their domain.
+fn misfit_error(table: &Table, misfit: &Misfit) -> SceneError {
+    match table.get(misfit.parameter) {
+        Some(value) => value.error(&misfit.mend),
+        None => table.error(format!("`{}` has no `{}`", table.name, misfit.parameter), &misfit.mend),
+    }
 }
 
 /// A colour, or `{ ramp = { base, slope, axis, origin = [0, 0, 0], scale = 1 } }`: `base + slope · ((p − origin)·axis /
-/// scale)`, with a unit axis, p \[m\] in the scene's coordinates. A constant lies in 0…`most`, as `what` says; the
-/// range of a ramp depends on the shape.
-pub(super) fn texture(value: &Value, most: f32, what: &str) -> Result<Texture, SceneError> {
+/// scale)`, with a unit axis, p \[m\] in the scene's coordinates.
+pub(super) fn texture(value: &Value) -> Result<Texture, SceneError> {
     if !value.is_table() {
-        return Ok(Texture::Constant(value.colour_in(0.0..=most, what)?));
+        return Ok(Texture::Constant(value.colour()?));
     }
     let table = value.table()?;
     table.allow_only(&["ramp"])?;

@@ -10,7 +10,7 @@
 //! width = 256             # default 256, as is height
 //! height = 256
 //! [materials.white]
-//! type = "lambert"        # lambert, mirror, dielectric, rough_conductor, rough_dielectric
+//! type = "lambert"        # the name of a model, as `neumann list bsdfs` has them
 //! albedo = 0.7            # a number, [r, g, b], or { ramp = { base = 0.5, slope = 0.4, axis = [0, 0, 1] } }
 //! [[shapes]]
 //! type = "sphere"         # sphere, quad, mesh
@@ -22,7 +22,8 @@
 //! radiance = 1
 //! ```
 //!
-//! Materials and shapes are described key by key where they are read, in `materials.rs` and `shapes.rs`. An unknown key,
+//! Materials and shapes are described key by key where they are read, in `materials.rs` and `shapes.rs`; the keys of a
+//! material are the parameters of its model, [`ModelEntry::parameters`](sampling::bsdf::ModelEntry::parameters). An unknown key,
 //! name or type is an error with the nearest valid one; every error names the file, the line and the mend.
 
 mod materials;
@@ -68,7 +69,7 @@ pub fn read(text: &str, origin: Origin, size: Option<(u32, u32)>) -> Result<Scen
         root.get(key).map(|value| value.text()).transpose()?;
     }
     let mut builder = SceneBuilder::new(origin.scene);
-    let materials = materials::read(&root, &mut builder)?;
+    let materials = materials::read(&root, origin.folder, &mut builder)?;
     shapes::read(&root, &materials, origin.folder, &mut builder)?;
     let emitters = tables(&root, "emitters")?;
     read_emitters(&emitters, &mut builder)?;

@@ -161,11 +161,13 @@ fn finish(
         None => DAffine3::IDENTITY,
     };
     let extent = extent.transformed(&map);
-    if let Some(albedo) = table.get("material").and_then(|m| materials.ramp(m.text().ok()?)) {
-        let (low, high) = extent.range(albedo);
-        if low < 0.0 || high > 1.0 {
-            let message = format!("the albedo ramp runs from {low} to {high} over this shape");
-            return Err(table.error(message, "choose `base` and `slope` so that it stays within 0 and 1"));
+    if let Some(varying) = table.get("material").and_then(|m| materials.varying(m.text().ok()?)) {
+        for (name, domain, texture) in varying.textures() {
+            let (low, high) = extent.range(texture);
+            if !domain.holds(low) || !domain.holds(high) {
+                let message = format!("the {name} ramp runs from {low} to {high} over this shape");
+                return Err(table.error(message, format!("choose `base` and `slope` so that it stays {domain}")));
+            }
         }
     }
     if flag(table, "flip")? {
@@ -180,8 +182,11 @@ fn finish(
         }
         return Ok(());
     };
-    let radiance = materials::texture(&value, f32::MAX, "light cannot be negative; give 0 or more in every channel")?;
+    let radiance = materials::texture(&value)?;
     let (low, high) = extent.range(&radiance);
+    if low < 0.0 && radiance.is_constant() {
+        return Err(value.error("light cannot be negative; give 0 or more in every channel"));
+    }
     if low < 0.0 {
         let message = format!("the emission ramp falls to {low} over this shape");
         return Err(table.error(message, "choose `base` and `slope` so that it stays at or above 0"));

@@ -70,6 +70,31 @@ fn every_material_is_read() {
 }
 
 #[test]
+fn anisotropic_materials_need_both_widths() {
+    let metal = |keys: &str| {
+        replaced("type = \"lambert\"\nalbedo = 0.7", &format!("type = \"rough_conductor\"\nreflectance = 1\n{keys}"))
+    };
+    let scene = load(&metal("alpha_x = 0.1\nalpha_y = 0.3")).unwrap();
+    assert!(scene.needs.tangents && scene.materials()[0].is_anisotropic());
+    expect(&metal("alpha_x = 0.1"), "7: `materials.white.alpha_x` is `0.1`; give both `alpha_x` and `alpha_y`");
+}
+
+#[test]
+fn parameters_vary_where_ramps_give_them() {
+    let rough = |ramp: &str| {
+        replaced(
+            "type = \"lambert\"\nalbedo = 0.7",
+            &format!("type = \"rough_conductor\"\nreflectance = 1\nalpha = {{ ramp = {ramp} }}"),
+        )
+    };
+    let scene = load(&rough("{ base = 0.3, slope = 0.1, axis = [0, 0, 1] }")).unwrap();
+    assert!(scene.needs.textures && scene.needs.non_delta_lobes && !scene.needs.delta_lobes);
+    expect(&rough("{ base = 0.3, slope = 0.5, axis = [0, 0, 1] }"), "8: the alpha ramp runs from -0.1");
+    let narrow = load(&rough("{ base = 0.00011, slope = 0.0001, axis = [0, 0, 1] }")).unwrap_err().to_string();
+    assert!(narrow.contains("the material of shape 1 (a sphere) has a bad `alpha`; give at least 0.0001"), "{narrow}");
+}
+
+#[test]
 fn roughness_0_is_the_smooth_model() {
     let cases = [
         ("type = \"rough_conductor\"\nreflectance = 0.9\nroughness = 0", "Mirror"),
@@ -121,14 +146,9 @@ fn missing_parts_are_named() {
     );
     expect(&replaced("radius = 1\n", ""), "7: `shapes[0]` lacks `radius`; add for example `radius = 1`");
     expect(&replaced("type = \"sphere\"\n", ""), "7: `shapes[0]` lacks `type`; add for example `type = \"quad\"`");
-    expect(&replaced("albedo = 0.7\n", ""), "4: `materials.white` lacks `albedo`");
     expect(
         &format!("{CAMERA}{BALL}"),
         "8: `shapes[0].material` is `\"white\"`; there are no materials; add a table `[materials.white]`",
-    );
-    expect(
-        &replaced("type = \"lambert\"\nalbedo = 0.7", "type = \"rough_dielectric\"\neta = 1.5"),
-        "4: `materials.white` lacks `roughness`",
     );
 }
 
@@ -177,11 +197,11 @@ fn numbers_that_cannot_be_are_refused() {
     );
     expect(
         &replaced("albedo = 0.7", "albedo = 1.4"),
-        "6: `materials.white.albedo` is `1.4`; it must lie between 0 and 1",
+        "6: `materials.white.albedo` is `1.4`; it must be a colour with channels from 0 to 1 (share of light that is reflected)",
     );
     expect(
         &replaced("type = \"lambert\"\nalbedo = 0.7", "type = \"mirror\"\nreflectance = -0.1"),
-        "6: `materials.white.reflectance` is `-0.1`; it must lie between 0 and 1",
+        "6: `materials.white.reflectance` is `-0.1`; it must be a colour with channels from 0 to 1 (share of light that is reflected)",
     );
     for eta in ["0", "-1.5", "nan"] {
         let text = replaced("type = \"lambert\"\nalbedo = 0.7", &format!("type = \"dielectric\"\neta = {eta}"));
@@ -195,21 +215,21 @@ fn roughness_has_its_bounds() {
     let rough = |keys: &str| {
         replaced("type = \"lambert\"\nalbedo = 0.7", &format!("type = \"rough_conductor\"\nreflectance = 1\n{keys}"))
     };
-    expect(&rough("roughness = 1.5"), "7: `materials.white.roughness` is `1.5`; it lies between 0 (smooth) and 1");
-    expect(&rough("roughness = -0.1"), "7: `materials.white.roughness` is `-0.1`; it lies between 0 (smooth) and 1");
-    expect(&rough("alpha = 2"), "7: `materials.white.alpha` is `2`; it lies between 0 (smooth) and 1");
+    expect(&rough("roughness = 1.5"), "7: `materials.white.roughness` is `1.5`; it must be a number from 0 to 1");
+    expect(&rough("roughness = -0.1"), "7: `materials.white.roughness` is `-0.1`; it must be a number from 0 to 1");
+    expect(&rough("alpha = 2"), "7: `materials.white.alpha` is `2`; it must be a number from 0 to 1");
     expect(
         &rough("alpha = 1e-7"),
-        "7: `materials.white.alpha` is `1e-7`; give at least 0.0001, or 0 for a smooth surface",
+        "7: `materials.white.alpha` is `1e-7`; give at least 0.0001, or 0 for a surface that is smooth all round",
     );
     expect(&rough("alpha = [0.1, 0.2]"), "7: `materials.white.alpha` is `[0.1, 0.2]`; it must be a number");
     expect(
         &rough("alpha = 0.1\nroughness = 0.1"),
-        "7: `materials.white.alpha` is `0.1`; give either `roughness` or `alpha`",
+        "8: `materials.white.roughness` is `0.1`; give either `roughness`, or `alpha`",
     );
     expect(
         &rough("alpha = 0.1\neta = 2"),
-        "6: `materials.white.reflectance` is `1`; give either `reflectance`, or `eta` and `k`",
+        "6: `materials.white.reflectance` is `1`; give either `reflectance`, or both `eta` and `k`",
     );
 }
 
