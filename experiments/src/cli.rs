@@ -6,7 +6,7 @@ use crate::machine::VERSION;
 use crate::progress::Verbosity;
 use crate::settings::Assignment;
 use crate::stop::Stop;
-use crate::{diff_command, list_command, render_command, run_command, scene_command};
+use crate::{bsdf, diff_command, list_command, render_command, run_command, scene_command};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::io::Write;
 use std::path::PathBuf;
@@ -37,6 +37,8 @@ pub enum Command {
     Scene(SceneArgs),
     /// Say how far one image file is from another, layer by layer.
     Diff(DiffArgs),
+    /// Look at a scattering model: its parameters, albedo and pictures.
+    Bsdf(BsdfArgs),
     /// List what can be named.
     List(ListArgs),
 }
@@ -170,6 +172,23 @@ pub struct DiffArgs {
     pub json: bool,
 }
 
+/// `neumann bsdf`.
+#[derive(Clone, Debug, Args)]
+pub struct BsdfArgs {
+    /// The model's name (see `neumann list bsdfs`).
+    #[arg(required_unless_present = "gallery")]
+    pub model: Option<String>,
+    /// Set a parameter of the model: alpha=0.2 or albedo=[0.8,0.2,0.1].
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<Assignment>,
+    /// Folder of the pictures [default: results/bsdfs/MODEL].
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// All models as they are by default, on one page [default folder: results/bsdfs].
+    #[arg(long, conflicts_with_all = ["model", "set"])]
+    pub gallery: bool,
+}
+
 /// `neumann list`.
 #[derive(Clone, Debug, Args)]
 pub struct ListArgs {
@@ -216,6 +235,7 @@ fn execute(cli: &Cli) -> Result<Status, Error> {
         Command::Render(args) => render_command::render(args, verbosity, &signals()?),
         Command::Scene(args) => scene_command::scene(args),
         Command::Diff(args) => diff_command::diff(args),
+        Command::Bsdf(args) => bsdf::bsdf(args),
         Command::List(args) => list_command::list(args),
     }
 }

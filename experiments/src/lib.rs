@@ -3,7 +3,8 @@
 //! In reading order:
 //!
 //! - [`cli`]: the command line; [`error`]: what can go wrong, and how the program ends; [`settings`]: `--set key=value`;
-//! - one file a command: [`run_command`], [`render_command`], [`scene_command`], [`diff_command`], [`list_command`];
+//! - one file a command: [`run_command`], [`render_command`], [`scene_command`], [`diff_command`], [`list_command`],
+//!   [`mod@bsdf`];
 //! - [`config`]: experiment files; [`plan`]: an experiment made ready and checked; [`runner`]: methods interleaved, replicate
 //!   by replicate; [`budget`]: samples, seconds, threads; [`result`]: what an experiment leaves behind;
 //! - [`convergence`]: variance against samples and its slope; [`agreement`]: do two methods have the same mean?
@@ -14,6 +15,7 @@
 //! - [`machine`], [`progress`], [`stop`]: memory and clock, the bar, Ctrl-C.
 
 pub mod agreement;
+pub mod bsdf;
 pub mod budget;
 pub mod cli;
 pub mod config;

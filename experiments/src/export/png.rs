@@ -88,14 +88,16 @@ impl Picture {
         write_atomically(path, &bytes)
     }
 
-    fn paste(&mut self, picture: &Picture, x0: usize, y0: usize) {
+    /// Puts a picture into this one, which has room for it there.
+    pub fn paste(&mut self, picture: &Picture, x0: usize, y0: usize) {
         for (y, row) in picture.rgb.chunks_exact(picture.width * 3).enumerate() {
             let start = ((y0 + y) * self.width + x0) * 3;
             self.rgb[start..start + row.len()].copy_from_slice(row);
         }
     }
 
-    fn letter(&mut self, text: &str, x0: usize, y0: usize, ink: [u8; 3]) {
+    /// Writes a line of text; what is outside is cut off.
+    pub fn letter(&mut self, text: &str, x0: usize, y0: usize, ink: [u8; 3]) {
         lettering::draw(text, |x, y, coverage| {
             let (x, y) = (x0 + x, y0 + y);
             if x < self.width && y < self.height {

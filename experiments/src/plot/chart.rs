@@ -59,6 +59,11 @@ pub struct Chart {
     pub series: Vec<Series>,
 }
 
+/// The typeface of plots.
+pub const FONT: &str = "system-ui, 'DejaVu Sans', sans-serif";
+/// The style of a plot that is a file of its own.
+pub const STYLE: &str = ".neumann-plot{color:#1b1d21}@media(prefers-color-scheme:dark){.neumann-plot{color:#e6e8ec}}";
+
 const HEIGHT: f64 = 280.0;
 const WIDTH: f64 = 430.0;
 const TOP: f64 = 46.0;
@@ -72,8 +77,7 @@ const MAX_LABEL: usize = 24;
 impl Chart {
     /// The chart as a file of its own.
     pub fn file(&self) -> String {
-        let style = ".neumann-plot{color:#1b1d21}@media(prefers-color-scheme:dark){.neumann-plot{color:#e6e8ec}}";
-        format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{}\n", self.svg(Some(style)).as_str())
+        format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{}\n", self.svg(Some(STYLE)).as_str())
     }
 
     /// The chart as a part of a page, in the page's colour.
@@ -110,7 +114,7 @@ impl Chart {
             ("viewBox", &view),
             ("width", &WIDTH),
             ("height", &HEIGHT),
-            ("font-family", &"system-ui, 'DejaVu Sans', sans-serif"),
+            ("font-family", &FONT),
             ("font-size", &12),
             ("fill", &"currentColor"),
         ];

@@ -7,7 +7,7 @@
 //! would have to be corrected in each of these, and the leanest one takes longer to build than the rest of this program.
 
 pub mod chart;
-mod pen;
+pub mod pen;
 pub mod scale;
 
 use crate::export::notation::symbol;

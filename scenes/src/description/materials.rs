@@ -58,6 +58,18 @@ pub(super) fn read<'a>(
     Ok(Materials { by_name })
 }
 
+/// The material of this name, which may not vary; the others are read only where it names them.
+pub(super) fn constant(root: &Table, name: &str) -> Result<Bsdf, SceneError> {
+    let reader = Reader::new(root, Some(Path::new(".")))?;
+    let Some((name, table)) = reader.tables.iter().find(|(other, _)| *other == name) else {
+        return Err(root.error(format!("there is no material `{name}`"), format!("add a table `[materials.{name}]`")));
+    };
+    match reader.material(table, &mut vec![*name])? {
+        Material::Constant(bsdf) => Ok(bsdf),
+        Material::Varying(_) => Err(table.error(format!("`{name}` varies"), "give numbers instead of textures")),
+    }
+}
+
 /// Reads materials, which may name one another.
 struct Reader<'a, 'f> {
     /// In the order of the file.

@@ -42,6 +42,7 @@ use crate::builder::{CameraSettings, SceneBuilder};
 use crate::error::SceneError;
 use crate::suggest::did_you_mean;
 use reader::{Source, Table, Value};
+use sampling::bsdf::Bsdf;
 
 /// The longest side of an image \[pixels\].
 pub const MAX_SIDE: u32 = 65_536;
@@ -78,6 +79,14 @@ pub fn read(text: &str, origin: Origin, size: Option<(u32, u32)>) -> Result<Scen
         .ok_or_else(|| root.error("the scene has no camera", "add a table `[camera]` with `position` and `target`"))?;
     builder.camera(read_camera(&camera.table()?, size)?);
     Ok(builder)
+}
+
+/// One material of a text that has materials as a scene file has them, and nothing else; it may not vary.
+pub fn read_material(text: &str, file: &str, name: &str) -> Result<Bsdf, SceneError> {
+    let source = Source { file, text };
+    let document = source.parse()?;
+    let root = Table::root(source, &document);
+    materials::constant(&root, name)
 }
 
 /// The title of a scene file, or nothing where it has none.

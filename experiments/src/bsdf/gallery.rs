@@ -1,0 +1,67 @@
+//! The gallery of all models: a page in Markdown, and the pictures it shows.
+
+use super::{albedo, draw, incident, is_whole};
+use crate::error::Error;
+use crate::export::write_atomically;
+use sampling::bsdf::{Arguments, Bsdf, ModelEntry, Parameter, Preset};
+use std::path::Path;
+
+/// Angles at which albedos are told [degrees].
+const ANGLES: [f32; 3] = [0.0, 60.0, 85.0];
+
+/// Writes the gallery into a folder, which is created.
+///
+/// # Errors
+/// If a file can't be written.
+pub fn write(folder: &Path) -> Result<(), Error> {
+    let mut page = String::from(
+        "# Scattering models\n\n\
+         Made by `neumann bsdf --gallery --out docs/bsdfs`.\n\
+         Each model is shown as it is when nothing is said of its parameters: as a ball, in the plane of incidence (the radius\n\
+         is the cube root of f), and over all directions.\n\
+         Try others with `neumann bsdf MODEL --set parameter=value`.\n",
+    );
+    for entry in Bsdf::MODELS {
+        let bsdf = shown(entry);
+        draw(&bsdf, entry.name, folder)?;
+        page += &section(entry, &bsdf);
+    }
+    Ok(write_atomically(&folder.join("README.md"), page.as_bytes())?)
+}
+
+/// The model as it is when nothing is said; its first example where something must be.
+fn shown(entry: &ModelEntry) -> Bsdf {
+    let preset = || (entry.from_arguments)(&Arguments::presets(entry.parameters)).ok();
+    is_whole(entry).then(preset).flatten().unwrap_or_else(|| (entry.examples)()[0])
+}
+
+fn section(entry: &ModelEntry, bsdf: &Bsdf) -> String {
+    let name = entry.name;
+    let mut text = format!("\n## {name}\n\n{}.\n\n", sentence(entry.about));
+    for (what, ending) in [("ball", "png"), ("polar", "svg"), ("lobes", "png")] {
+        text += &format!("<img src=\"{name}_{what}.{ending}\" alt=\"{name}: {what}\" height=\"200\">\n");
+    }
+    if !entry.parameters.is_empty() {
+        text += "\n| parameter | | domain | default |\n|---|---|---|---|\n";
+    }
+    for Parameter { name, about, domain, preset } in entry.parameters {
+        let preset = match preset {
+            Preset::Required(example) => format!("required, such as `{example}`"),
+            Preset::Absent => String::new(),
+            Preset::Number(x) => x.to_string(),
+            Preset::Choice(word) => format!("`{word}`"),
+        };
+        text += &format!("| `{name}` | {about} | {domain} | {preset} |\n");
+    }
+    let albedos = ANGLES.map(|degrees| {
+        let mean = albedo::directional(bsdf, incident(degrees)).mean;
+        format!("{:.3} at {degrees}°", (mean[0] + mean[1] + mean[2]) / 3.0)
+    });
+    text + &format!("\nDirectional albedo, mean over channels: {}.\n", albedos.join(", "))
+}
+
+/// With a capital letter.
+fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
