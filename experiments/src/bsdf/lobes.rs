@@ -14,7 +14,7 @@ const DECADES: f64 = 4.0;
 const BACKGROUND: [u8; 3] = [18, 20, 24];
 const INK: [u8; 3] = [236, 238, 242];
 
-/// f_s over the hemisphere seen from above, one disc an angle of incidence (the light comes from the left), the largest channel on
+/// f_s |cos θ_i| over the hemisphere seen from above, one disc an angle of incidence (the light comes from the left), the largest channel on
 /// a logarithmic scale of four decades that all discs share; a second row for what passes through.
 pub fn picture(bsdf: &Bsdf) -> Picture {
     let sides: &[f32] = if transmits(bsdf) { &[1.0, -1.0] } else { &[1.0] };
@@ -26,7 +26,7 @@ pub fn picture(bsdf: &Bsdf) -> Picture {
         for (column, disc) in discs.iter().enumerate() {
             let (x0, y0) = (column * SIDE, row * (SIDE + HEAD));
             let what = if row == 0 { "reflected" } else { "transmitted" };
-            picture.letter(&format!("{}° {what}", INCIDENCE[column]), x0 + 8, y0 + 2, INK);
+            picture.letter(&format!("{} degrees, {what}", INCIDENCE[column]), x0 + 8, y0 + 2, INK);
             let tile = Picture { width: SIDE, height: SIDE, rgb: disc.iter().flat_map(|&f| shown(f, most)).collect() };
             picture.paste(&tile, x0, y0 + HEAD);
         }
@@ -34,7 +34,7 @@ pub fn picture(bsdf: &Bsdf) -> Picture {
     picture
 }
 
-/// f_s at every pixel of the disc; NaN outside it.
+/// f_s |cos θ_i| at every pixel of the disc; NaN outside it.
 fn disc(bsdf: &Bsdf, degrees: f32, side: f32) -> Vec<f64> {
     let wo = incident(degrees);
     let coordinate = |i: usize| (i as f32 + 0.5) / (SIDE as f32 / 2.0 - 4.0) - SIDE as f32 / (SIDE as f32 - 8.0);
@@ -45,7 +45,7 @@ fn disc(bsdf: &Bsdf, degrees: f32, side: f32) -> Vec<f64> {
             return f64::NAN;
         }
         let wi = vec3(x, y, z2.sqrt() * side);
-        bsdf.eval(wo, wi, Lobes::ALL, TransportMode::Radiance).max_component() as f64
+        (bsdf.eval(wo, wi, Lobes::ALL, TransportMode::Radiance).max_component() * wi.z.abs()) as f64
     };
     (0..SIDE * SIDE).map(at).collect()
 }

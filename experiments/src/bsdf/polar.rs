@@ -9,10 +9,10 @@ use sampling::vec3;
 
 const RADIUS: f64 = 170.0;
 const MARGIN: f64 = 34.0;
-const TOP: f64 = 52.0;
+const TOP: f64 = 72.0;
 const STEPS: usize = 720;
 
-/// The plot as a file of its own. The radius is the cube root of f_s, so that a lobe and the diffuse light beside it can be seen
+/// The plot as a file of its own. The radius is the cube root of f_s |cos θ_i|, so that a lobe and the diffuse light beside it can be seen
 /// together; dashed rays are delta lobes, their length the cube root of their share.
 pub fn svg(bsdf: &Bsdf, name: &str) -> String {
     let angles = if transmits(bsdf) { STEPS } else { STEPS / 2 };
@@ -39,7 +39,7 @@ pub fn svg(bsdf: &Bsdf, name: &str) -> String {
         m.element("style", &[], |m| m.verbatim(STYLE));
         m.line("text", &[("x", &8), ("y", &17), ("font-size", &14), ("font-weight", &600)], name);
         let unit = match most > 0.0 {
-            true => format!("radius ∝ ∛f; outer ring {} /sr; dashed: delta lobes", digits(most)),
+            true => format!("radius ∝ ∛(f cos θ); outer ring {} /sr; dashed: delta lobes", digits(most)),
             false => "dashed: delta lobes, radius ∝ ∛share".to_owned(),
         };
         m.line("text", &[("x", &8), ("y", &33), ("opacity", &0.75)], unit);
@@ -59,7 +59,7 @@ pub fn svg(bsdf: &Bsdf, name: &str) -> String {
     format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{}\n", m.as_str())
 }
 
-/// (angle from the normal [rad], f_s) around the plane of incidence; the largest channel.
+/// (angle from the normal \[rad\], f_s |cos θ_i|) around the plane of incidence; the largest channel.
 fn curve(bsdf: &Bsdf, degrees: f32, angles: usize) -> Vec<(f64, f64)> {
     let wo = incident(degrees);
     let step = std::f32::consts::TAU / STEPS as f32;
@@ -67,7 +67,7 @@ fn curve(bsdf: &Bsdf, degrees: f32, angles: usize) -> Vec<(f64, f64)> {
         let angle = (i as f32 + 0.5) * step - std::f32::consts::FRAC_PI_2;
         let wi = vec3(angle.sin(), 0.0, angle.cos());
         let f = bsdf.eval(wo, wi, Lobes::ALL, TransportMode::Radiance).max_component();
-        (angle as f64, f as f64)
+        (angle as f64, (f * wi.z.abs()) as f64)
     };
     (0..angles).map(at).collect()
 }
