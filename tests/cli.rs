@@ -247,7 +247,8 @@ fn lists_hold_every_name() {
     assert_eq!(names("scenes"), scenes::builtin_names());
     let models: Vec<&str> = sampling::bsdf::Bsdf::MODELS.iter().map(|model| model.name).collect();
     assert_eq!(names("bsdfs"), models);
-    assert_eq!(names("samplers"), ["independent", "stratified"]);
+    let samplers: Vec<String> = sampling::sampler::SamplerKind::ALL.iter().map(ToString::to_string).collect();
+    assert_eq!(names("samplers"), samplers);
     assert!(names("experiments").contains(&"comparison".to_owned()));
     let all = succeed(folder.path(), &["list"]);
     assert!(["methods", "scenes", "cornell_box", "lambert", "bdpt"].iter().all(|word| all.contains(word)));

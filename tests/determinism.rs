@@ -38,7 +38,7 @@ fn bits(m: &Measurement) -> Vec<u64> {
 fn any_number_of_threads_gives_the_same_bits() {
     let scene = builtin("cornell_box", 40);
     for name in ["direct", "path", "light", "bdpt"] {
-        for sampler in [SamplerKind::Independent, SamplerKind::Stratified] {
+        for &sampler in SamplerKind::ALL {
             let method = method(name);
             let with_threads = |threads: usize| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

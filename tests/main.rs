@@ -15,6 +15,7 @@ mod needs;
 mod orders;
 mod refraction;
 mod roulette;
+mod samplers;
 mod scattering;
 mod shading_normals;
 mod splats;

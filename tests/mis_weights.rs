@@ -44,9 +44,9 @@ impl Sink for Collect {
 fn paths(scene: &Scene, settings: &Bdpt, samples: u32) -> Vec<Found> {
     let request = Request::new(Orders::up_to(6), false);
     let key = StreamKey::new(11, "weights", Role::Estimate, 0);
-    let mut sampler = Sampler::new(SamplerKind::Independent, key, samples);
-    let (mut scratch, mut found) = (Scratch::default(), Collect::default());
     let (width, height) = (scene.camera.width(), scene.camera.height());
+    let mut sampler = Sampler::new(SamplerKind::Independent, key, samples, (width, height));
+    let (mut scratch, mut found) = (Scratch::default(), Collect::default());
     for (x, y, sample) in (0..width).flat_map(|x| (0..height).flat_map(move |y| (0..samples).map(move |s| (x, y, s)))) {
         sampler.start_sample((y * width + x) as u64, sample);
         settings.estimate(scene, &request, Pixel { x, y }, &mut sampler, &mut scratch, &mut found);

@@ -46,7 +46,9 @@ fn lines(kind: ListKind) -> Vec<String> {
         }
         ListKind::Bsdfs => Bsdf::MODELS.iter().map(|model| format!("{:<20} {}\n", model.name, model.about)).collect(),
         ListKind::Scenes => plain(scenes::builtin_names()),
-        ListKind::Samplers => SamplerKind::ALL.iter().map(|sampler| format!("{sampler}\n")).collect(),
+        ListKind::Samplers => {
+            SamplerKind::ALL.iter().map(|sampler| format!("{sampler:<14} {}\n", sampler.about())).collect()
+        }
         ListKind::Experiments => {
             let title = |name: &str| Source::open(name).and_then(|s| s.parse()).map(|e| e.title).unwrap_or_default();
             let names = crate::config::LIBRARY.iter().map(|(name, _)| *name);

@@ -145,13 +145,14 @@ struct Samples<'a, E> {
 
 impl<E: Estimator> Pass for Samples<'_, E> {
     fn run(&self, block: Block, out: &mut BlockFilm) {
-        let mut sampler = Sampler::new(self.replicate.sampler, self.replicate.key, self.replicate.samples);
+        let Replicate { sampler, key, samples, .. } = self.replicate;
+        let (width, height) = (self.scene.camera.width(), self.scene.camera.height());
+        let mut sampler = Sampler::new(sampler, key, samples, (width, height));
         let mut scratch = Scratch::default();
-        let width = self.scene.camera.width() as u64;
         for y in block.tile.y {
             for x in block.tile.x.clone() {
                 for sample in block.samples.clone() {
-                    sampler.start_sample(y as u64 * width + x as u64, sample);
+                    sampler.start_sample(y as u64 * width as u64 + x as u64, sample);
                     self.estimator.estimate(self.scene, self.request, Pixel { x, y }, &mut sampler, &mut scratch, out);
                 }
             }

@@ -15,7 +15,8 @@ const COUNT: usize = 256;
 type Draw = (Vec3, f32, Vec2);
 
 fn draws() -> Vec<Draw> {
-    let mut sampler = Sampler::new(SamplerKind::Independent, StreamKey::new(0, "bench", Role::Estimate, 0), COUNT as u32);
+    let mut sampler =
+        Sampler::new(SamplerKind::Independent, StreamKey::new(0, "bench", Role::Estimate, 0), COUNT as u32, (1, 1));
     let mut draw = |i| {
         sampler.start_sample(0, i);
         let wo = warp::cosine_hemisphere(sampler.get_2d(Purpose::EmitterDirection));

@@ -31,6 +31,9 @@
 //!
 //! The keys by which all crates of neumann cite: `[Key]`, or `[Key, equation or section]`.
 //!
+//! - `[Ahmed20]` A. G. M. Ahmed, P. Wonka: *Screen-space blue-noise diffusion of Monte Carlo sampling error via hierarchical
+//!   ordering of pixels*, ACM Transactions on Graphics 39(6), 2020.
+//! - `[Burley20]` B. Burley: *Practical hash-based Owen scrambling*, JCGT 9(4), 2020.
 //! - `[Dutre93]` P. Dutré, E. P. Lafortune, Y. D. Willems: *Monte Carlo light tracing with direct computation of pixel
 //!   intensities*, Compugraphics 1993.
 //! - `[Chan83]` T. F. Chan, G. H. Golub, R. J. LeVeque: *Algorithms for computing the sample variance*,
@@ -46,6 +49,7 @@
 //! - `[Kajiya86]` J. T. Kajiya: *The rendering equation*, SIGGRAPH 1986.
 //! - `[Kensler13]` A. Kensler: *Correlated multi-jittered sampling*, Pixar technical memo 13-01, 2013.
 //! - `[Lafortune93]` E. P. Lafortune, Y. D. Willems: *Bi-directional path tracing*, Compugraphics 1993.
+//! - `[Laine11]` S. Laine, T. Karras: *Stratified sampling for stochastic transparency*, EGSR 2011.
 //! - `[Moeller97]` T. Möller, B. Trumbore: *Fast, minimum storage ray/triangle intersection*, JGT 2(1), 1997.
 //! - `[ONeill14]` M. E. O'Neill: *PCG: a family of simple fast space-efficient statistically good algorithms for
 //!   random number generation*, HMC-CS-2014-0905, 2014.
@@ -55,6 +59,7 @@
 //! - `[Trowbridge75]` T. S. Trowbridge, K. P. Reitz: *Average irregularity representation of a rough surface for ray
 //!   reflection*, JOSA 65(5), 1975.
 //! - `[Veach97]` E. Veach: *Robust Monte Carlo methods for light transport simulation*, PhD thesis, Stanford, 1997.
+//! - `[Vegdahl21]` N. Vegdahl: *Building a better LK hash*, psychopath.io, 2021.
 //! - `[Vose91]` M. D. Vose: *A linear algorithm for generating random numbers with a given distribution*,
 //!   IEEE Transactions on Software Engineering 17(9), 1991.
 //! - `[Walter07]` B. Walter et al.: *Microfacet models for refraction through rough surfaces*, EGSR 2007.

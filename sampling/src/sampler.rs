@@ -6,10 +6,16 @@
 //! twice.
 
 use crate::fault;
-use crate::rng::{Stream, mix2};
+use crate::rng::{Stream, mix2, unit_f32};
 use glam::{Vec2, vec2};
 use serde::{Deserialize, Serialize};
+use sobol::Screen;
 use std::{fmt, str::FromStr};
+use strata::{Strata, permute};
+
+mod halton;
+mod sobol;
+mod strata;
 
 /// What a render is for. Estimates, pilots and references share no random number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -39,18 +45,40 @@ impl StreamKey {
 
 /// How the numbers of a pixel's samples are spread. This is the list that settings and help read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub enum SamplerKind {
     /// Independent uniform numbers.
     #[default]
     Independent,
     /// The samples of a pixel lie one in each cell of a grid, jittered, in an order of their own at every address.
     Stratified,
+    /// Correlated multi-jitter `[Kensler13]`: stratified, and in each coordinate as well as on the grid.
+    MultiJittered,
+    /// Halton's sequence under random digit scrambling, a scrambling for every pixel.
+    Halton,
+    /// Sobol's (0,2)-sequence under Owen's scrambling at every address, a scrambling for every pixel. Light walks of the
+    /// whole image share one sequence.
+    Sobol,
+    /// The same with one sequence for the whole screen too, whose errors in neighbouring pixels cancel `[Ahmed20]`.
+    Zsobol,
 }
 
 impl SamplerKind {
     /// Every kind of sampler.
-    pub const ALL: &[Self] = &[Self::Independent, Self::Stratified];
+    pub const ALL: &[Self] =
+        &[Self::Independent, Self::Stratified, Self::MultiJittered, Self::Halton, Self::Sobol, Self::Zsobol];
+
+    /// What it is, in one line.
+    pub fn about(self) -> &'static str {
+        match self {
+            Self::Independent => "independent uniform numbers",
+            Self::Stratified => "one sample in each cell of a grid, jittered",
+            Self::MultiJittered => "correlated multi-jitter: stratified on the grid and in each coordinate",
+            Self::Halton => "Halton's sequence with random digit scrambling",
+            Self::Sobol => "Owen-scrambled Sobol' pairs; one sequence for all light walks",
+            Self::Zsobol => "the same along Morton's curve over the screen: blue noise",
+        }
+    }
 }
 
 impl fmt::Display for SamplerKind {
@@ -58,6 +86,10 @@ impl fmt::Display for SamplerKind {
         f.pad(match self {
             Self::Independent => "independent",
             Self::Stratified => "stratified",
+            Self::MultiJittered => "multi_jittered",
+            Self::Halton => "halton",
+            Self::Sobol => "sobol",
+            Self::Zsobol => "zsobol",
         })
     }
 }
@@ -116,27 +148,51 @@ pub struct Sampler {
     kind: SamplerKind,
     key: StreamKey,
     strata: Strata,
+    screen: Screen,
+    /// Pixels in a row of the image.
+    width: u64,
+    pixel: u64,
+    sample: u32,
+    /// The sample's place among the strata.
     stratum: u32,
     pixel_state: u64,
     sample_state: u64,
-    vertex: u64,
+    subpath: Subpath,
+    vertex: u32,
 }
 
 impl Sampler {
-    /// A sampler for one replicate that takes `samples_per_pixel` samples, at sample 0 of pixel 0.
+    /// A sampler for one replicate that takes `samples_per_pixel` samples of every pixel of an image of this width and height, at
+    /// sample 0 of pixel 0. What is no image has a height of 1.
     ///
-    /// Stratified samples come in rounds of that number; samples beyond it begin further, independent rounds.
-    pub fn new(kind: SamplerKind, key: StreamKey, samples_per_pixel: u32) -> Self {
-        let strata = Strata::new(samples_per_pixel.max(1));
-        let mut sampler = Self { kind, key, strata, stratum: 0, pixel_state: 0, sample_state: 0, vertex: 0 };
+    /// Stratified samples come in rounds of that number; samples beyond it begin further, independent rounds. Sequences go on.
+    pub fn new(kind: SamplerKind, key: StreamKey, samples_per_pixel: u32, (width, height): (u32, u32)) -> Self {
+        let log2 = |n: u32| n.max(1).next_power_of_two().trailing_zeros();
+        let samples = samples_per_pixel.max(1);
+        let mut sampler = Self {
+            kind,
+            key,
+            strata: Strata::new(samples),
+            screen: Screen { log2_side: log2(width.max(height)), log2_samples: log2(samples) },
+            width: u64::from(width.max(1)),
+            pixel: 0,
+            sample: 0,
+            stratum: 0,
+            pixel_state: 0,
+            sample_state: 0,
+            subpath: Subpath::Camera,
+            vertex: 0,
+        };
         sampler.start_sample(0, 0);
         sampler
     }
 
-    /// Turns to a sample of a pixel (or of whatever is numbered so), and there to the camera's vertex 0.
+    /// Turns to a sample of a pixel, the pixels being numbered row by row, and there to the camera's vertex 0.
     #[inline]
     pub fn start_sample(&mut self, pixel: u64, sample: u32) {
         let (round, stratum) = (sample / self.strata.n, sample % self.strata.n);
+        self.pixel = pixel;
+        self.sample = sample;
         self.stratum = stratum;
         self.pixel_state = mix2(mix2(self.key.0, pixel), u64::from(round));
         self.sample_state = mix2(self.pixel_state, u64::from(stratum));
@@ -146,31 +202,67 @@ impl Sampler {
     /// Turns to a vertex of a subpath of the current sample.
     #[inline]
     pub fn start_vertex(&mut self, subpath: Subpath, vertex: u32) {
-        self.vertex = u64::from(vertex) << 16 | (subpath as u64) << 8;
+        self.subpath = subpath;
+        self.vertex = vertex;
     }
 
     /// The number in [0, 1) for a purpose at the current vertex.
     #[inline]
     pub fn get_1d(&mut self, purpose: Purpose) -> f32 {
-        let address = self.vertex | purpose as u64;
-        let u = stream(self.sample_state, address).next_f32();
+        let address = self.address(purpose);
         match self.kind {
-            SamplerKind::Independent => u,
-            SamplerKind::Stratified => self.strata.jitter_1d(self.shuffled_stratum(address), u),
+            SamplerKind::Independent => stream(self.sample_state, address).next_f32(),
+            SamplerKind::Stratified | SamplerKind::MultiJittered => {
+                self.strata.jitter_1d(self.shuffled_stratum(address), stream(self.sample_state, address).next_f32())
+            }
+            SamplerKind::Halton => match halton::dimension(self.subpath, self.vertex, purpose) {
+                Some(dimension) => unit_f32(halton::coordinate(self.sample, dimension, self.halton_seed())),
+                None => stream(self.sample_state, address).next_f32(),
+            },
+            SamplerKind::Sobol | SamplerKind::Zsobol => {
+                let (index, seed) = self.place(address);
+                unit_f32(sobol::point_1d(index, seed))
+            }
         }
     }
 
     /// The point in [0, 1)² for a purpose at the current vertex.
     #[inline]
     pub fn get_2d(&mut self, purpose: Purpose) -> Vec2 {
-        let address = self.vertex | purpose as u64;
+        let address = self.address(purpose);
+        match self.kind {
+            SamplerKind::Independent => self.independent_2d(address),
+            SamplerKind::Stratified => {
+                self.strata.jitter_2d(self.shuffled_stratum(address), self.independent_2d(address))
+            }
+            SamplerKind::MultiJittered => {
+                let seed = mix2(!self.pixel_state, address) >> 32;
+                self.strata.multi_jitter(self.stratum, seed as u32, self.independent_2d(address))
+            }
+            SamplerKind::Halton => match halton::dimension(self.subpath, self.vertex, purpose) {
+                Some(dimension) => {
+                    let coordinate = |d| unit_f32(halton::coordinate(self.sample, d, self.halton_seed()));
+                    vec2(coordinate(dimension), coordinate(dimension + 1))
+                }
+                None => self.independent_2d(address),
+            },
+            SamplerKind::Sobol | SamplerKind::Zsobol => {
+                let (index, seed) = self.place(address);
+                Vec2::from_array(sobol::point(index, seed).map(unit_f32))
+            }
+        }
+    }
+
+    #[inline]
+    fn address(&self, purpose: Purpose) -> u64 {
+        u64::from(self.vertex) << 16 | (self.subpath as u64) << 8 | purpose as u64
+    }
+
+    #[inline]
+    fn independent_2d(&self, address: u64) -> Vec2 {
         let mut stream = stream(self.sample_state, address);
         let x = stream.next_f32();
-        let u = vec2(x, stream.next_f32());
-        match self.kind {
-            SamplerKind::Independent => u,
-            SamplerKind::Stratified => self.strata.jitter_2d(self.shuffled_stratum(address), u),
-        }
+        vec2(x, stream.next_f32())
     }
 
     /// The stratum of this sample at this address: an order of its own for every pixel and address.
@@ -180,80 +272,36 @@ impl Sampler {
         let seed = mix2(!self.pixel_state, address) >> 32;
         permute(self.stratum, self.strata.n, seed as u32)
     }
+
+    /// Digits are permuted alike at all samples of a pixel.
+    #[inline]
+    fn halton_seed(&self) -> u64 {
+        mix2(self.key.0, !self.pixel)
+    }
+
+    /// The place of this sample in a sequence of Sobol's at this address, and the seed of that sequence: one for each pixel, or one
+    /// for all where samples of different pixels share the work of covering the square.
+    #[inline]
+    fn place(&self, address: u64) -> (u32, u64) {
+        let shared = mix2(!self.key.0, address);
+        let index = match (self.subpath, self.kind) {
+            // A light walk goes where it likes, whatever pixel it is counted to.
+            (Subpath::Light, _) => self.pixel * u64::from(self.strata.n) + u64::from(self.sample),
+            (Subpath::Camera, SamplerKind::Zsobol) if self.sample < self.strata.n => {
+                let (x, y) = ((self.pixel % self.width) as u32, (self.pixel / self.width) as u32);
+                sobol::screen_index(self.screen, (x, y), self.sample, shared)
+            }
+            (Subpath::Camera, _) => return (self.sample, mix2(mix2(!self.key.0, self.pixel), address)),
+        };
+        let high = index >> 32;
+        (index as u32, if high == 0 { shared } else { mix2(shared, high) })
+    }
 }
 
 /// The generator at an address. States of neighbouring addresses are mixed apart, see [`Stream::new`].
 #[inline]
 fn stream(state: u64, address: u64) -> Stream {
     Stream::new(mix2(state, address), address)
-}
-
-/// `n` cells of the unit square, `nx` × `ny`, as square as divisors of `n` allow (a prime gives a row).
-#[derive(Clone, Copy, Debug)]
-struct Strata {
-    n: u32,
-    nx: u32,
-    ny: u32,
-}
-
-impl Strata {
-    fn new(n: u32) -> Self {
-        let ny = (1..=n.isqrt()).rev().find(|d| n.is_multiple_of(*d)).unwrap_or(1);
-        Self { n, nx: n / ny, ny }
-    }
-
-    #[inline]
-    fn jitter_1d(self, stratum: u32, u: f32) -> f32 {
-        in_cell(stratum, self.n, u)
-    }
-
-    #[inline]
-    fn jitter_2d(self, stratum: u32, u: Vec2) -> Vec2 {
-        vec2(in_cell(stratum % self.nx, self.nx, u.x), in_cell(stratum / self.nx, self.ny, u.y))
-    }
-}
-
-/// The point `u` of cell `i` of `n` in [0, 1); where rounding would reach 1, the number below it.
-#[inline]
-fn in_cell(i: u32, n: u32, u: f32) -> f32 {
-    ((i as f32 + u) / n as f32).min(1.0_f32.next_down())
-}
-
-/// The image of `i` under the permutation of 0…`length`−1 numbered `seed` `[Kensler13]`.
-#[inline]
-fn permute(i: u32, length: u32, seed: u32) -> u32 {
-    if length == 1 {
-        return 0;
-    }
-    let mask = u32::MAX >> (length - 1).leading_zeros();
-    let mut i = i;
-    // A bijection of 0…mask, repeated until it falls below `length`: less than twice on average.
-    loop {
-        i ^= seed;
-        i = i.wrapping_mul(0xe170_893d);
-        i ^= seed >> 16;
-        i ^= (i & mask) >> 4;
-        i ^= seed >> 8;
-        i = i.wrapping_mul(0x0929_eb3f);
-        i ^= seed >> 23;
-        i ^= (i & mask) >> 1;
-        i = i.wrapping_mul(1 | seed >> 27);
-        i = i.wrapping_mul(0x6935_fa69);
-        i ^= (i & mask) >> 11;
-        i = i.wrapping_mul(0x74dc_b303);
-        i ^= (i & mask) >> 2;
-        i = i.wrapping_mul(0x9e50_1cc3);
-        i ^= (i & mask) >> 2;
-        i = i.wrapping_mul(0xc860_a3df);
-        i &= mask;
-        i ^= i >> 5;
-        if i < length {
-            break;
-        }
-    }
-    // (i + seed) mod length; the listing's own sum may wrap at 2³², which is no bijection.
-    let shift = seed % length;
-    if i < length - shift { i + shift } else { i - (length - shift) }
 }
 
 #[cfg(test)]

@@ -38,7 +38,7 @@ pub fn directional(bsdf: &Bsdf, wo: Vec3) -> Albedo {
 /// Stratified samples of a model.
 pub fn samples(bsdf: &Bsdf, wo: Vec3, replicate: u32, count: u32, mut each: impl FnMut(BsdfSample)) {
     let key = StreamKey::new(0, "albedo", Role::Estimate, replicate);
-    let mut sampler = Sampler::new(SamplerKind::Stratified, key, count);
+    let mut sampler = Sampler::new(SamplerKind::Stratified, key, count, (1, 1));
     for i in 0..count {
         sampler.start_sample(0, i);
         let (uc, u) = (sampler.get_1d(Purpose::Lobe), sampler.get_2d(Purpose::Direction));

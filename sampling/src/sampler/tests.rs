@@ -1,3 +1,4 @@
+use super::strata::in_cell;
 use super::*;
 
 const PURPOSES: [Purpose; 11] = [
@@ -35,22 +36,33 @@ fn chi_square_z(pairs: impl Iterator<Item = (f32, f32)>) -> f64 {
 #[test]
 fn the_numbers_are_these() {
     // Pinned: a change here changes every result, and belongs under "Results affected" in the change log.
-    let mut s = Sampler::new(SamplerKind::Independent, key(), 4);
-    s.start_sample(123, 2);
-    s.start_vertex(Subpath::Light, 3);
-    let independent = (s.get_1d(Purpose::Lobe), s.get_2d(Purpose::Direction));
-    let mut s = Sampler::new(SamplerKind::Stratified, key(), 4);
-    s.start_sample(123, 2);
-    s.start_vertex(Subpath::Light, 3);
-    let stratified = (s.get_1d(Purpose::Lobe), s.get_2d(Purpose::Direction));
-    assert_eq!(independent, (0.457_161_3, vec2(0.715_239_6, 0.226_931_75)));
-    assert_eq!(stratified, (0.864_290_36, vec2(0.357_619_8, 0.613_465_9)));
+    let numbers = |kind| {
+        let mut s = Sampler::new(kind, key(), 4, (64, 2));
+        s.start_sample(123, 2);
+        s.start_vertex(Subpath::Light, 3);
+        let light = (s.get_1d(Purpose::Lobe), s.get_2d(Purpose::Direction));
+        s.start_vertex(Subpath::Camera, 0);
+        (light, s.get_2d(Purpose::Film))
+    };
+    let expected = |kind| match kind {
+        SamplerKind::Independent => ((0.457_161_3, vec2(0.715_239_6, 0.226_931_75)), vec2(0.985_015_15, 0.513_177_6)),
+        SamplerKind::Stratified => ((0.864_290_36, vec2(0.357_619_8, 0.613_465_9)), vec2(0.492_507_58, 0.756_588_8)),
+        SamplerKind::MultiJittered => {
+            ((0.864_290_36, vec2(0.428_809_88, 0.806_732_95)), vec2(0.746_253_8, 0.878_294_4))
+        }
+        SamplerKind::Halton => ((0.202_820_6, vec2(0.584_892_9, 0.985_652)), vec2(0.399_808_3, 0.037_028_67)),
+        SamplerKind::Sobol => ((0.265_573_56, vec2(0.256_897_8, 0.206_861_38)), vec2(0.210_944_18, 0.767_884_1)),
+        SamplerKind::Zsobol => ((0.265_573_56, vec2(0.256_897_8, 0.206_861_38)), vec2(0.977_325, 0.236_766_04)),
+    };
+    for &kind in SamplerKind::ALL {
+        assert_eq!(numbers(kind), expected(kind), "{kind}");
+    }
 }
 
 #[test]
 fn draws_are_addressed_and_not_counted() {
     for &kind in SamplerKind::ALL {
-        let mut s = Sampler::new(kind, key(), 16);
+        let mut s = Sampler::new(kind, key(), 16, (64, 1));
         s.start_sample(5, 7);
         let forward: Vec<Vec2> = PURPOSES.iter().map(|&p| s.get_2d(p)).collect();
         s.start_sample(6, 1);
@@ -86,8 +98,10 @@ fn keys_differ_in_each_of_their_parts() {
     ];
     for other in others {
         assert_ne!(base, other);
-        let (mut a, mut b) =
-            (Sampler::new(SamplerKind::Independent, base, 1), Sampler::new(SamplerKind::Independent, other, 1));
+        let (mut a, mut b) = (
+            Sampler::new(SamplerKind::Independent, base, 1, (64, 1)),
+            Sampler::new(SamplerKind::Independent, other, 1, (64, 1)),
+        );
         let z = chi_square_z((0..1 << 16).map(|pixel| {
             a.start_sample(pixel, 0);
             b.start_sample(pixel, 0);
@@ -101,7 +115,7 @@ fn keys_differ_in_each_of_their_parts() {
 fn addresses_are_independent_of_one_another() {
     // Every pair of purposes at a vertex, and each purpose at neighbouring vertices, samples, pixels and subpaths.
     let draw = |pixel: u64, sample: u32, subpath, vertex, purpose| {
-        let mut s = Sampler::new(SamplerKind::Independent, key(), 1 << 20);
+        let mut s = Sampler::new(SamplerKind::Independent, key(), 1 << 20, (64, 1));
         s.start_sample(pixel, sample);
         s.start_vertex(subpath, vertex);
         s.get_1d(purpose)
@@ -124,22 +138,103 @@ fn addresses_are_independent_of_one_another() {
     }
 }
 
+/// Over replicates, which is what makes estimates unbiased: the two numbers of a point, two addresses, two samples of a pixel, two
+/// pixels. Samples of one replicate depend on one another; those of one sample of many replicates may not.
 #[test]
-fn the_two_numbers_of_a_point_are_independent() {
+fn randomisations_of_replicates_are_uniform_and_independent() {
+    let samplers = |kind| {
+        (0..1 << 15).map(move |replicate| {
+            let key = StreamKey::new(5, "path", Role::Estimate, replicate);
+            Sampler::new(kind, key, 16, (8, 8))
+        })
+    };
     for &kind in SamplerKind::ALL {
-        let mut s = Sampler::new(kind, key(), 1);
-        let z = chi_square_z((0..1 << 16).map(|pixel| {
-            s.start_sample(pixel, 0);
-            s.get_2d(Purpose::Direction).into()
-        }));
-        assert!(z.abs() < 6.0, "{kind}: z = {z}");
+        let check = |what: &str, pair: &dyn Fn(&mut Sampler) -> (f32, f32)| {
+            let z = chi_square_z(samplers(kind).map(|mut sampler| pair(&mut sampler)));
+            assert!(z.abs() < 6.0, "{kind}: {what}: z = {z}");
+        };
+        let at = |s: &mut Sampler, pixel, sample, subpath, purpose| {
+            s.start_sample(pixel, sample);
+            s.start_vertex(subpath, 0);
+            s.get_1d(purpose)
+        };
+        use {Purpose::*, Subpath::*};
+        for (subpath, purpose) in [(Camera, Film), (Light, EmitterPosition)] {
+            for sample in [0, 5, 21] {
+                check("a point", &|s| {
+                    s.start_sample(9, sample);
+                    s.start_vertex(subpath, 0);
+                    s.get_2d(purpose).into()
+                });
+            }
+        }
+        check("two addresses", &|s| (at(s, 9, 5, Camera, Lobe), at(s, 9, 5, Camera, Roulette)));
+        check("two ends", &|s| (at(s, 9, 5, Camera, Lobe), at(s, 9, 5, Light, Lobe)));
+        let next = |replicate: u32| {
+            let mut s = Sampler::new(kind, StreamKey::new(5, "path", Role::Estimate, replicate), 16, (8, 8));
+            at(&mut s, 9, 5, Camera, Film)
+        };
+        let z = chi_square_z((0..1 << 15).map(|replicate| (next(replicate), next(replicate + 1))));
+        assert!(z.abs() < 6.0, "{kind}: neighbouring replicates: z = {z}");
+    }
+}
+
+/// Whether points, as many as a power of two, have one in each elementary interval of that volume.
+fn is_net(points: &[Vec2]) -> bool {
+    let k = points.len().trailing_zeros();
+    (0..=k).all(|a| {
+        let (columns, rows) = (1 << a, 1 << (k - a));
+        let mut cells = vec![0; points.len()];
+        points.iter().for_each(|u| cells[(u.x * columns as f32) as usize * rows + (u.y * rows as f32) as usize] += 1);
+        cells.iter().all(|&count| count == 1)
+    })
+}
+
+#[test]
+fn sobols_points_are_nets_in_a_pixel_and_of_light_walks_in_the_image() {
+    let points = |kind, subpath, pixels: std::ops::Range<u64>, purpose| -> Vec<Vec2> {
+        let mut s = Sampler::new(kind, key(), 16, (8, 8));
+        let places = pixels.flat_map(|pixel| (0..16).map(move |sample| (pixel, sample)));
+        let draw = |(pixel, sample)| {
+            s.start_sample(pixel, sample);
+            s.start_vertex(subpath, 3);
+            s.get_2d(purpose)
+        };
+        places.map(draw).collect()
+    };
+    for kind in [SamplerKind::Sobol, SamplerKind::Zsobol] {
+        assert!(is_net(&points(kind, Subpath::Camera, 5..6, Purpose::Direction)), "{kind}");
+        assert!(is_net(&points(kind, Subpath::Light, 0..64, Purpose::Direction)), "{kind}");
+    }
+    assert!(is_net(&points(SamplerKind::Zsobol, Subpath::Camera, 0..64, Purpose::NextPosition)));
+    assert!(!is_net(&points(SamplerKind::Sobol, Subpath::Camera, 0..64, Purpose::NextPosition)));
+    assert!(!is_net(&points(SamplerKind::Stratified, Subpath::Camera, 5..6, Purpose::Direction)));
+}
+
+#[test]
+fn multi_jitter_is_stratified_on_the_grid_and_in_each_coordinate() {
+    for n in [1_u32, 4, 12, 13, 64] {
+        let mut s = Sampler::new(SamplerKind::MultiJittered, key(), n, (64, 1));
+        let strata = Strata::new(n);
+        let [mut columns, mut rows, mut cells] = [(); 3].map(|()| vec![0; n as usize]);
+        for sample in 0..n {
+            s.start_sample(3, sample);
+            let u = s.get_2d(Purpose::Direction);
+            columns[(u.x * n as f32) as usize] += 1;
+            rows[(u.y * n as f32) as usize] += 1;
+            cells[((u.y * strata.ny as f32) as u32 * strata.nx + (u.x * strata.nx as f32) as u32) as usize] += 1;
+        }
+        assert!(
+            columns.iter().chain(&rows).chain(&cells).all(|&count| count == 1),
+            "{n}: {columns:?} {rows:?} {cells:?}"
+        );
     }
 }
 
 #[test]
 fn every_stratum_holds_one_sample() {
     for n in [1_u32, 2, 3, 4, 6, 12, 13, 16, 64, 100] {
-        let mut s = Sampler::new(SamplerKind::Stratified, key(), n);
+        let mut s = Sampler::new(SamplerKind::Stratified, key(), n, (64, 1));
         let strata = Strata::new(n);
         assert_eq!(strata.nx * strata.ny, n);
         for round in 0..2 {
@@ -166,7 +261,7 @@ fn cells_are_as_square_as_divisors_allow() {
 
 #[test]
 fn strata_are_paired_by_chance_across_addresses_and_uniform_over_pixels() {
-    let mut s = Sampler::new(SamplerKind::Stratified, key(), 16);
+    let mut s = Sampler::new(SamplerKind::Stratified, key(), 16, (64, 1));
     let z = chi_square_z((0..1 << 16).map(|i| {
         s.start_sample(i / 16, (i % 16) as u32);
         (s.get_1d(Purpose::Lobe), s.get_1d(Purpose::Roulette))
@@ -196,5 +291,5 @@ fn names_read_back() {
     for &kind in SamplerKind::ALL {
         assert_eq!(kind.to_string().parse(), Ok(kind));
     }
-    assert!("sobol".parse::<SamplerKind>().is_err());
+    assert!("sobel".parse::<SamplerKind>().is_err());
 }

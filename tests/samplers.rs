@@ -1,0 +1,57 @@
+//! Samplers: whichever gives the random numbers, every method has the same mean at every order, and where a smooth integrand
+//! profits, the variance falls.
+//!
+//! False-alarm rate: 0.1 % (Šidák over samplers, methods, orders and blocks).
+
+use crate::support::{ALL, Budget, COLUMNS, Family, builtin, measure, plain};
+use sampling::sampler::SamplerKind;
+
+/// Replicates of 16 samples, so that strata and nets are whole, and of 5, so that they are not.
+#[test]
+fn every_sampler_has_the_mean_of_independent_numbers() {
+    let scene = builtin("cornell_box", 12);
+    let mut family = Family::new("samplers");
+    for name in ALL {
+        let method = plain(name);
+        let render = |sampler: SamplerKind, samples: u32| {
+            let budget = Budget { samples, replicates: 512, sampler, ..Budget::samples(1).up_to(4) };
+            measure(&scene, method.as_ref(), &format!("{name} {sampler} {samples}"), budget)
+        };
+        let independent = render(SamplerKind::Independent, 64);
+        let blocks = independent.blocks(COLUMNS);
+        for &sampler in &SamplerKind::ALL[1..] {
+            for samples in [5, 16] {
+                let other = render(sampler, samples);
+                for order in 0..independent.measurement.layers.len() {
+                    let label = format!("{name} {sampler} {samples} order {order}");
+                    family.image(label.clone(), independent.image(order), other.image(order));
+                    for (block, pixels) in blocks.iter().enumerate() {
+                        let pair = [&independent, &other].map(|rendered| rendered.over(order, pixels));
+                        family.block(format!("{label} block {block}"), pair[0], pair[1]);
+                    }
+                }
+            }
+        }
+    }
+    family.finish(0.9);
+}
+
+/// The variance of image means of direct light at 64 samples of 16 pixels, in 512 replicates: about 4.9 times lower for `path` and
+/// 2.9 times for `light`. A ratio of two such variances has a relative standard error of 9 %, so that 2 is 4 errors away.
+#[test]
+fn sequences_are_far_better_than_chance_at_smooth_light() {
+    let mut scene = builtin("cornell_box", 4);
+    scene.camera.set_size(4, 4);
+    let variance = |name: &str, sampler| {
+        let budget = Budget { samples: 64, replicates: 512, sampler, ..Budget::samples(1).up_to(1) };
+        measure(&scene, plain(name).as_ref(), &format!("{name} {sampler}"), budget).image(1).error.powi(2)
+    };
+    for name in ["path", "light"] {
+        let independent = variance(name, SamplerKind::Independent);
+        for sampler in [SamplerKind::Sobol, SamplerKind::Zsobol] {
+            let ratio = independent / variance(name, sampler);
+            println!("{name}, {sampler}: {ratio}");
+            assert!(ratio > 2.0, "{name}: {sampler} has a variance only {ratio} times lower than independent numbers");
+        }
+    }
+}
