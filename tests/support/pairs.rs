@@ -1,6 +1,6 @@
 //! Agreement of methods: every pair of them in a scene, order by order, on the image and on blocks of it.
 
-use super::{Budget, Family, Rendered, measure, method_with};
+use super::{Budget, Family, Rendered, measure, method_with, scale};
 use sampling::bsdf::Lobes;
 use sampling::sampler::SamplerKind;
 use sampling::{Vec2, vec2};
@@ -16,6 +16,7 @@ pub struct Entry {
     name: &'static str,
     settings: Value,
     samples: u32,
+    by_night: u32,
     last: usize,
     decides: bool,
 }
@@ -23,7 +24,7 @@ pub struct Entry {
 impl Entry {
     /// A method of the list with its default settings and 64 times so many stratified samples per pixel.
     pub fn new(name: &'static str, samples: u32) -> Self {
-        Self { label: name, name, settings: json!({}), samples, last: usize::MAX, decides: true }
+        Self { label: name, name, settings: json!({}), samples, by_night: 1, last: usize::MAX, decides: true }
     }
 
     /// The same with settings of its own, and what to call it then.
@@ -39,9 +40,18 @@ impl Entry {
         }
     }
 
+    /// The same with so many times more samples where `NEUMANN_TEST_SCALE` asks for more than every day.
+    pub fn by_night(self, factor: u32) -> Self {
+        Self { by_night: factor, ..self }
+    }
+
     /// The same, compared up to this order alone: beyond, it is too noisy to say anything.
     pub fn up_to(self, last: usize) -> Self {
         Self { last, ..self }
+    }
+
+    fn samples(&self) -> u32 {
+        if scale() > 1.0 { self.samples * self.by_night } else { self.samples }
     }
 
     /// The same, of which nothing is asked but that it does not differ significantly: its variance is infinite, so that some
@@ -59,7 +69,7 @@ pub fn agree(title: &str, scene: &Scene, max_order: usize, entries: &[Entry], co
         .map(|entry| {
             let method = method_with(entry.name, entry.settings.clone());
             let last = *method.orders(max_order).end().min(&entry.last);
-            let budget = Budget { sampler: SamplerKind::Stratified, ..Budget::samples(entry.samples) };
+            let budget = Budget { sampler: SamplerKind::Stratified, ..Budget::samples(entry.samples()) };
             (entry, last, measure(scene, method.as_ref(), entry.label, budget.up_to(last)))
         })
         .collect();
