@@ -255,6 +255,18 @@ fn lists_hold_every_name() {
 }
 
 #[test]
+fn a_model_is_told_and_drawn() {
+    let folder = folder_with(&[]);
+    let told = succeed(
+        folder.path(),
+        &["bsdf", "rough_conductor", "--set", "alpha_x=0.05", "--set", "alpha_y=0.4", "-o", "x"],
+    );
+    assert!(told.contains("directional albedo") && told.contains("alpha_x: 0.05"), "{told}");
+    let written: Vec<String> = files(&folder.path().join("x")).into_iter().map(|(name, _)| name).collect();
+    assert_eq!(written, ["rough_conductor_ball.png", "rough_conductor_lobes.png", "rough_conductor_polar.svg"]);
+}
+
+#[test]
 fn a_scene_is_described_in_words_and_in_json() {
     let folder = folder_with(&[]);
     let words = succeed(folder.path(), &["scene", "glass_caustic"]);

@@ -52,6 +52,7 @@ fn room(lamp: Lamp) -> Scene {
         fov: 40.0,
         width: 8,
         height: 8,
+        filter: sampling::filter::Filter::Box,
     });
     builder.build(Skip::Unneeded).unwrap()
 }

@@ -16,7 +16,7 @@ use integrators::{Contribution, Estimator, Orders, Request, Sink, Technique, Wan
 use sampling::Vec3;
 use sampling::bsdf::{Bsdf, TransportMode, fresnel_dielectric};
 use sampling::mis::Heuristic;
-use sampling::sampler::{Role, Sampler, SamplerKind, StreamKey};
+use sampling::sampler::{Purpose, Role, Sampler, SamplerKind, StreamKey};
 use scenes::{EmitterId, Endpoint, EndpointKind, Interaction, Scene};
 
 const TOLERANCE: f64 = 2e-3;
@@ -49,7 +49,8 @@ fn paths(scene: &Scene, settings: &Bdpt, samples: u32) -> Vec<Found> {
     let (mut scratch, mut found) = (Scratch::default(), Collect::default());
     for (x, y, sample) in (0..width).flat_map(|x| (0..height).flat_map(move |y| (0..samples).map(move |s| (x, y, s)))) {
         sampler.start_sample((y * width + x) as u64, sample);
-        settings.estimate(scene, &request, Pixel { x, y }, &mut sampler, &mut scratch, &mut found);
+        let (pixel, _) = Pixel::sample(x, y, scene.camera.filter(), sampler.get_2d(Purpose::Film));
+        settings.estimate(scene, &request, pixel, &mut sampler, &mut scratch, &mut found);
     }
     found.0
 }

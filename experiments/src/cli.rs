@@ -118,9 +118,9 @@ pub struct RenderArgs {
     /// Independent images that share the samples: two or more give variances.
     #[arg(long, value_name = "R", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
     pub replicates: u32,
-    /// How a pixel weights its samples: `box`, all alike.
-    #[arg(long, value_name = "NAME", default_value = "box")]
-    pub filter: String,
+    /// How a pixel weights the light around it (see `neumann list filters`) [default: the scene's, usually box].
+    #[arg(long, value_name = "NAME")]
+    pub filter: Option<String>,
     /// Where random numbers come from (see `neumann list samplers`).
     #[arg(long, value_name = "NAME", default_value = "independent")]
     pub sampler: String,
@@ -209,6 +209,8 @@ pub enum ListKind {
     Experiments,
     /// Where random numbers come from.
     Samplers,
+    /// How pixels weight the light around them.
+    Filters,
 }
 
 /// Runs the command line of this process.

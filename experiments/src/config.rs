@@ -1,6 +1,7 @@
 //! Experiment files: what is asked, in TOML.
 
 use crate::error::{Error, nearest, unknown};
+use sampling::filter::Filter;
 use sampling::sampler::SamplerKind;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -304,6 +305,16 @@ pub fn sampler(name: &str) -> Result<SamplerKind, Error> {
     let names: Vec<String> = SamplerKind::ALL.iter().map(ToString::to_string).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     name.parse().map_err(|_| Error::usage(unknown("sampler", name, &names)))
+}
+
+/// A pixel filter by its name.
+///
+/// # Errors
+/// If there is none of that name, with the nearest one.
+pub fn filter(name: &str) -> Result<Filter, Error> {
+    let names: Vec<String> = Filter::ALL.iter().map(ToString::to_string).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    name.parse().map_err(|_| Error::usage(unknown("filter", name, &names)))
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use crate::config::Source;
 use crate::error::{Error, Status};
 use integrators::Methods;
 use sampling::bsdf::Bsdf;
+use sampling::filter::Filter;
 use sampling::sampler::SamplerKind;
 
 /// Lists one kind, or all kinds under headings.
@@ -18,6 +19,7 @@ pub fn list(args: &ListArgs) -> Result<Status, Error> {
         ("scenes", ListKind::Scenes),
         ("experiments", ListKind::Experiments),
         ("samplers", ListKind::Samplers),
+        ("filters", ListKind::Filters),
     ];
     let text = match args.kind {
         Some(kind) => lines(kind).concat(),
@@ -49,6 +51,7 @@ fn lines(kind: ListKind) -> Vec<String> {
         ListKind::Samplers => {
             SamplerKind::ALL.iter().map(|sampler| format!("{sampler:<14} {}\n", sampler.about())).collect()
         }
+        ListKind::Filters => Filter::ALL.iter().map(|filter| format!("{filter}\n")).collect(),
         ListKind::Experiments => {
             let title = |name: &str| Source::open(name).and_then(|s| s.parse()).map(|e| e.title).unwrap_or_default();
             let names = crate::config::LIBRARY.iter().map(|(name, _)| *name);

@@ -64,9 +64,7 @@ impl Job {
     fn prepare(args: &RenderArgs) -> Result<Self, Error> {
         let method = Methods::standard().build(&args.method, &settings::of_method(&args.set, &args.method)?)?;
         let sampler = config::sampler(&args.sampler)?;
-        if args.filter != "box" {
-            return Err(Error::usage(format!("--filter {}: there is no such pixel filter; there is box", args.filter)));
-        }
+        let filter = args.filter.as_deref().map(config::filter).transpose()?;
         let orders = orders(args)?;
         let budget = match (args.seconds, args.spp.unwrap_or(DEFAULT_SPP)) {
             (Some(seconds), _) => Budget::seconds(seconds, args.replicates),
@@ -75,7 +73,10 @@ impl Job {
         let budget = budget.map_err(Error::Usage)?;
         let skip = if args.no_skip { Skip::Nothing } else { Skip::Unneeded };
         let start = Instant::now();
-        let description = scenes::load::open(&args.scene, args.size)?;
+        let mut description = scenes::load::open(&args.scene, args.size)?;
+        if let Some(filter) = filter {
+            description.filter(filter);
+        }
         let load = start.elapsed().as_secs_f64();
         let scene = description.build(skip).map_err(|error| scenes::load::placed(error, &args.scene))?;
         let seconds = Seconds { load, build: start.elapsed().as_secs_f64() - load, ..Seconds::default() };

@@ -1,15 +1,20 @@
 //! The film: where contributions are added up, in an order that does not depend on threads.
 //!
+//! What a camera walk brings belongs to the pixel whose sample it is; what a light walk splats belongs to every pixel whose filter
+//! reaches where it lands.
+//!
 //! A replicate's work is cut into blocks: a tile of pixels and a range of samples. A block adds what lands in its own tile
 //! to its own sums, and lists what lands elsewhere as splats. Blocks are reduced into the film in block order, row of tiles
 //! by row of tiles, so the sums have the same bits for any number of threads and any number of blocks in flight.
 
-use crate::contribution::{Contribution, Sink, Wants};
+use crate::contribution::{Contribution, Sink, Technique, Wants};
 use crate::measurement::Counters;
+use crate::method::Pixel;
 use crate::request::Request;
 use crate::splats::{Splat, Splats};
 use rayon::prelude::*;
-use sampling::fault;
+use sampling::filter::Filter;
+use sampling::{Spectrum, Vec2, fault};
 use std::ops::Range;
 
 /// Width and height of a tile \[pixels\].
@@ -77,7 +82,11 @@ pub struct BlockFilm<'r> {
     request: &'r Request,
     width: u32,
     height: u32,
+    filter: Filter,
     tile: Tile,
+    /// The pixel whose sample is taken, and the sample's weight.
+    pixel: (u32, u32),
+    weight: f32,
     sums: Vec<f64>,
     splats: Splats,
     /// Non-finite contributions, per layer.
@@ -87,15 +96,18 @@ pub struct BlockFilm<'r> {
 }
 
 impl<'r> BlockFilm<'r> {
-    /// Empty, for blocks of an image of the given size.
-    pub fn new(request: &'r Request, width: u32, height: u32) -> Self {
+    /// Empty, for blocks of an image of the given size whose pixels have this filter.
+    pub fn new(request: &'r Request, (width, height): (u32, u32), filter: Filter) -> Self {
         let layers = request.layers().len();
         let pixels = TILE.min(width) as usize * TILE.min(height) as usize;
         Self {
             request,
             width,
             height,
+            filter,
             tile: Tile { x: 0..0, y: 0..0 },
+            pixel: (0, 0),
+            weight: 1.0,
             sums: vec![0.0; pixels * layers * 3],
             splats: Splats::new(height.div_ceil(TILE) as usize),
             invalid: vec![0; layers],
@@ -136,6 +148,57 @@ impl<'r> BlockFilm<'r> {
     }
 }
 
+impl BlockFilm<'_> {
+    /// Turns to a sample of a pixel of its tile, whose filter gives it this weight.
+    #[inline]
+    pub fn start_sample(&mut self, pixel: Pixel, weight: f32) {
+        self.pixel = (pixel.x, pixel.y);
+        self.weight = weight;
+    }
+
+    /// Adds to a pixel of the film.
+    #[inline]
+    fn add_to(&mut self, (x, y): (u32, u32), layer: usize, value: Spectrum) {
+        let value = value.to_array();
+        if self.tile.x.contains(&x) && self.tile.y.contains(&y) {
+            let pixel = (y - self.tile.y.start) as usize * self.tile.x.len() + (x - self.tile.x.start) as usize;
+            let i = (pixel * self.request.layers().len() + layer) * 3;
+            let sums = &mut self.sums[i..i + 3];
+            (0..3).for_each(|c| sums[c] += value[c] as f64);
+            return;
+        }
+        self.splats.push((y / TILE) as usize, Splat { pixel: y * self.width + x, layer: layer as u32, value });
+    }
+
+    /// Adds what lands anywhere to the pixel it lands in.
+    #[inline]
+    fn splat(&mut self, raster: Vec2, layer: usize, value: Spectrum) {
+        // The comparison, made before the conversion, also leaves out what lies off the film.
+        if !(raster.x >= 0.0 && raster.y >= 0.0 && raster.x < self.width as f32 && raster.y < self.height as f32) {
+            return;
+        }
+        let x = fault!("last_column_left_out", raster.x as u32, (raster.x as u32).min(self.width.max(2) - 2));
+        self.add_to((x, raster.y as u32), layer, value);
+    }
+
+    /// Adds what lands anywhere, off the film too, to every pixel whose filter reaches there.
+    fn splat_filtered(&mut self, raster: Vec2, layer: usize, value: Spectrum) {
+        let reach = |at: f32, size: u32| {
+            let first = (at - 0.5 - self.filter.radius()).ceil().max(0.0) as u32;
+            let last = (at - 0.5 + self.filter.radius()).floor();
+            first..if last < 0.0 { 0 } else { (last as u32 + 1).min(size) }
+        };
+        let (columns, rows) = (reach(raster.x, self.width), reach(raster.y, self.height));
+        for y in rows {
+            let weight_y = self.filter.eval_1d(raster.y - (y as f32 + 0.5));
+            for x in columns.clone() {
+                let weight = weight_y * self.filter.eval_1d(raster.x - (x as f32 + 0.5));
+                self.add_to((x, y), layer, value * weight);
+            }
+        }
+    }
+}
+
 impl Sink for BlockFilm<'_> {
     const WANTS: Wants = Wants { vertices: false };
 
@@ -147,22 +210,11 @@ impl Sink for BlockFilm<'_> {
             self.invalid[layer] += 1;
             return;
         }
-        let raster = contribution.raster;
-        // The comparison, made before the conversion, also leaves out what lies off the film.
-        if !(raster.x >= 0.0 && raster.y >= 0.0 && raster.x < self.width as f32 && raster.y < self.height as f32) {
-            return;
+        match (contribution.technique, self.filter) {
+            (Technique::Connect { t: 0 | 1, .. }, Filter::Box) => self.splat(contribution.raster, layer, value),
+            (Technique::Connect { t: 0 | 1, .. }, _) => self.splat_filtered(contribution.raster, layer, value),
+            _ => self.add_to(self.pixel, layer, value * self.weight),
         }
-        let x = fault!("last_column_left_out", raster.x as u32, (raster.x as u32).min(self.width.max(2) - 2));
-        let y = raster.y as u32;
-        let value = value.to_array();
-        if self.tile.x.contains(&x) && self.tile.y.contains(&y) {
-            let pixel = (y - self.tile.y.start) as usize * self.tile.x.len() + (x - self.tile.x.start) as usize;
-            let i = (pixel * self.request.layers().len() + layer) * 3;
-            let sums = &mut self.sums[i..i + 3];
-            (0..3).for_each(|c| sums[c] += value[c] as f64);
-            return;
-        }
-        self.splats.push((y / TILE) as usize, Splat { pixel: y * self.width + x, layer: layer as u32, value });
     }
 }
 
@@ -197,13 +249,12 @@ impl Film {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contribution::{PathView, Technique};
+    use crate::contribution::PathView;
     use crate::request::Orders;
-    use sampling::math::Spectrum;
     use sampling::vec2;
 
     fn contribution(x: f32, y: f32, value: f32) -> Contribution<'static> {
-        let technique = Technique::Connect { s: 0, t: 2 };
+        let technique = Technique::Connect { s: 1, t: 1 };
         Contribution {
             raster: vec2(x, y),
             technique,
@@ -231,7 +282,7 @@ mod tests {
         let (width, height) = (37, 18);
         let request = Request::new(Orders::up_to(0), false);
         let mut film = Film::new(width, height, 1);
-        let mut block = BlockFilm::new(&request, width, height);
+        let mut block = BlockFilm::new(&request, (width, height), Filter::Box);
         block.start(Tile { x: 16..32, y: 0..16 });
         for y in -1..=height as i32 {
             for x in -1..=width as i32 {
@@ -250,7 +301,7 @@ mod tests {
     #[test]
     fn non_finite_contributions_are_counted_and_left_out() {
         let request = Request::new(Orders::up_to(1), false);
-        let mut block = BlockFilm::new(&request, 4, 4);
+        let mut block = BlockFilm::new(&request, (4, 4), Filter::Box);
         block.start(Tile { x: 0..4, y: 0..4 });
         block.add(contribution(1.0, 1.0, f32::NAN));
         block.add(contribution(1.0, 1.0, f32::INFINITY));

@@ -4,20 +4,38 @@ use crate::contribution::Sink;
 use crate::film::{Block, BlockFilm};
 use crate::request::Request;
 use crate::scratch::Scratch;
-use sampling::sampler::{Sampler, SamplerKind, StreamKey};
+use sampling::filter::{Filter, FilterSample};
+use sampling::sampler::{Purpose, Sampler, SamplerKind, StreamKey};
+use sampling::{Vec2, vec2};
 use scenes::{Needs, Scene};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::ops::RangeInclusive;
 
-/// A pixel of the image, row 0 at the top.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A pixel of the image, row 0 at the top, and where on the film its sample is taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pixel {
     /// Column.
     pub x: u32,
     /// Row.
     pub y: u32,
+    /// Where \[pixels\]; within reach of the pixel's filter, which may be off the film.
+    pub raster: Vec2,
+}
+
+impl Pixel {
+    /// A place that the filter samples in a pixel, and its weight, which is the pixel's business and not that of paths.
+    #[inline]
+    pub fn sample(x: u32, y: u32, filter: Filter, u: Vec2) -> (Self, f32) {
+        if filter == Filter::Box {
+            // It stays in its pixel where `f32` would round it into the next one.
+            let within = |first: u32, u: f32| (first as f32 + u).min(((first + 1) as f32).next_down());
+            return (Self { x, y, raster: vec2(within(x, u.x), within(y, u.y)) }, 1.0);
+        }
+        let FilterSample { offset, weight } = filter.sample(u);
+        (Self { x, y, raster: vec2(x as f32 + 0.5, y as f32 + 0.5) + offset }, weight)
+    }
 }
 
 /// Which independent estimate of the image is made, and of how many samples per pixel.
@@ -149,11 +167,14 @@ impl<E: Estimator> Pass for Samples<'_, E> {
         let (width, height) = (self.scene.camera.width(), self.scene.camera.height());
         let mut sampler = Sampler::new(sampler, key, samples, (width, height));
         let mut scratch = Scratch::default();
+        let filter = self.scene.camera.filter();
         for y in block.tile.y {
             for x in block.tile.x.clone() {
                 for sample in block.samples.clone() {
                     sampler.start_sample(y as u64 * width as u64 + x as u64, sample);
-                    self.estimator.estimate(self.scene, self.request, Pixel { x, y }, &mut sampler, &mut scratch, out);
+                    let (pixel, weight) = Pixel::sample(x, y, filter, sampler.get_2d(Purpose::Film));
+                    out.start_sample(pixel, weight);
+                    self.estimator.estimate(self.scene, self.request, pixel, &mut sampler, &mut scratch, out);
                 }
             }
         }

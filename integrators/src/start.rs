@@ -20,17 +20,9 @@ pub struct CameraStart {
 #[inline]
 pub fn start_camera(scene: &Scene, pixel: Pixel, sampler: &mut Sampler, counters: &mut Counters) -> CameraStart {
     sampler.start_vertex(Subpath::Camera, 0);
-    let raster = raster_in(pixel, sampler.get_2d(Purpose::Film));
     let lens = if scene.needs.pinhole { Vec2::ZERO } else { sampler.get_2d(Purpose::Lens) };
     counters.camera_paths += 1;
-    CameraStart { raster, sample: scene.camera.sample_we(raster, lens) }
-}
-
-/// The film position of a sample within its pixel; it stays there where `f32` would round it into the next one.
-#[inline]
-fn raster_in(pixel: Pixel, u: Vec2) -> Vec2 {
-    let within = |first: u32, u: f32| (first as f32 + u).min(((first + 1) as f32).next_down());
-    Vec2::new(within(pixel.x, u.x), within(pixel.y, u.y))
+    CameraStart { raster: pixel.raster, sample: scene.camera.sample_we(pixel.raster, lens) }
 }
 
 /// The start of a light walk.

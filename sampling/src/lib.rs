@@ -22,10 +22,11 @@
 //! 2. [`measure`]: densities per solid angle and per area, the geometry term.
 //! 3. [`rng`] and [`sampler`]: where random numbers come from, and how a draw is addressed.
 //! 4. [`warp`]: points in the unit square become directions and points, each warp beside its density.
-//! 5. [`distribution`] and [`alias`]: tabulated distributions.
-//! 6. [`mis`]: the heuristics that combine sampling techniques.
-//! 7. [`moments`]: mergeable means, variances and covariances.
-//! 8. [`bsdf`]: the scattering models, one file a model, and the list of them.
+//! 5. [`filter`]: how a pixel weights the light around it.
+//! 6. [`distribution`] and [`alias`]: tabulated distributions.
+//! 7. [`mis`]: the heuristics that combine sampling techniques.
+//! 8. [`moments`]: mergeable means, variances and covariances.
+//! 9. [`bsdf`]: the scattering models, one file a model, and the list of them.
 //!
 //! # Sources
 //!
@@ -42,6 +43,8 @@
 //! - `[Dupuy23]` J. Dupuy, A. Benyoub: *Sampling visible GGX normals with spherical caps*,
 //!   Computer Graphics Forum 42(8), 2023.
 //! - `[Gulbrandsen14]` O. Gulbrandsen: *Artist friendly metallic Fresnel*, JCGT 3(4), 2014.
+//! - `[Harris78]` F. J. Harris: *On the use of windows for harmonic analysis with the discrete Fourier transform*,
+//!   Proceedings of the IEEE 66(1), 1978.
 //! - `[Heitz14]` E. Heitz: *Understanding the masking-shadowing function in microfacet-based BRDFs*, JCGT 3(2), 2014.
 //! - `[Heitz18]` E. Heitz: *Sampling the GGX distribution of visible normals*, JCGT 7(4), 2018.
 //! - `[Heitz19]` E. Heitz: *A low-distortion map between triangle and square*, HAL-02073696, 2019.
@@ -50,6 +53,7 @@
 //! - `[Kensler13]` A. Kensler: *Correlated multi-jittered sampling*, Pixar technical memo 13-01, 2013.
 //! - `[Lafortune93]` E. P. Lafortune, Y. D. Willems: *Bi-directional path tracing*, Compugraphics 1993.
 //! - `[Laine11]` S. Laine, T. Karras: *Stratified sampling for stochastic transparency*, EGSR 2011.
+//! - `[Mitchell88]` D. P. Mitchell, A. N. Netravali: *Reconstruction filters in computer graphics*, SIGGRAPH 1988.
 //! - `[Moeller97]` T. Möller, B. Trumbore: *Fast, minimum storage ray/triangle intersection*, JGT 2(1), 1997.
 //! - `[ONeill14]` M. E. O'Neill: *PCG: a family of simple fast space-efficient statistically good algorithms for
 //!   random number generation*, HMC-CS-2014-0905, 2014.
@@ -71,6 +75,7 @@ pub mod alias;
 pub mod bsdf;
 pub mod distribution;
 pub mod fault;
+pub mod filter;
 pub mod math;
 pub mod measure;
 pub mod mis;

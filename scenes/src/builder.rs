@@ -15,6 +15,7 @@ use crate::needs::Skip;
 use crate::scene::Scene;
 use crate::shape::Geometry;
 use glam::{DAffine3, DVec3};
+use sampling::filter::Filter;
 use sampling::math::Spectrum;
 
 /// A scene under construction. Coordinates are `f64`; they are recentred, where the scene lies far from the origin, before
@@ -111,6 +112,11 @@ impl SceneBuilder {
     /// Places the camera.
     pub fn camera(&mut self, settings: CameraSettings) {
         self.camera = Some(settings);
+    }
+
+    /// Gives the pixels of the camera, once it is placed, another filter.
+    pub fn filter(&mut self, filter: Filter) {
+        self.camera = self.camera.map(|settings| CameraSettings { filter, ..settings });
     }
 
     /// Notes what was approximated or left out.

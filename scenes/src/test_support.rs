@@ -45,6 +45,7 @@ pub(crate) fn grey_builder(name: &str) -> (SceneBuilder, MaterialId) {
         fov: 40.0,
         width: 64,
         height: 48,
+        filter: sampling::filter::Filter::Box,
     });
     (builder, grey)
 }

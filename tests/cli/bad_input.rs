@@ -12,6 +12,11 @@ fn unknown_names_are_answered_with_the_nearest() {
     refused(&["render", "furnace", "-i", "bdpt", "--set", "mis=powr"], &["mis", "powr", "power"]);
     refused(&["render", "furnace", "-i", "bdpt", "--set", "path.mis=power"], &["path.mis", "bdpt.mis"]);
     refused(&["render", "furnace", "--sampler", "stratifed"], &["did you mean `stratified`"]);
+    refused(&["render", "furnace", "--filter", "gausian"], &["did you mean `gaussian`"]);
+    refused(&["bsdf", "lambrt"], &["did you mean `lambert`"]);
+    refused(&["bsdf", "lambert", "--set", "albdo=0.3"], &["did you mean `albedo`"]);
+    refused(&["bsdf", "lambert", "--set", "albedo=3"], &["albedo", "from 0 to 1"]);
+    refused(&["bsdf"], &["MODEL"]);
     refused(&["render", "furnace", "--layers", "order"], &["order", "orders"]);
     refused(&["run", "comparsion"], &["did you mean `comparison`"]);
     refused(&["scene", "furnce"], &["did you mean `furnace`"]);

@@ -58,6 +58,7 @@ fn scene(bsdf: &Bsdf) -> Result<Scene, Error> {
         fov: 28.0,
         width: SIDE,
         height: SIDE,
+        filter: sampling::filter::Filter::Box,
     });
     Ok(builder.build(Skip::Unneeded)?)
 }

@@ -220,6 +220,7 @@ fn tangents_run_along_u() {
             fov: 40.0,
             width: 4,
             height: 4,
+            filter: sampling::filter::Filter::Box,
         });
         let scene = builder.build(Skip::Unneeded).unwrap();
         assert!(scene.needs.tangents);

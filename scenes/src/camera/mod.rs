@@ -2,7 +2,8 @@
 //!
 //! Raster coordinates are in pixels over `[0, width) × [0, height)`, x to the right and y down. The importance is
 //! normalised over the whole film, ∫ We cosθ dω = 1, so that a measurement is the mean over the film; a pixel's value is that
-//! of the film's part, times the number of pixels.
+//! of the film's part, times the number of pixels. A pixel filter wider than a pixel reaches beyond the film: there the density of
+//! raster positions goes on as on the film, and connections count as far as the filter reaches.
 
 mod pinhole;
 
@@ -11,6 +12,7 @@ pub use pinhole::Pinhole;
 use crate::error::SceneError;
 use crate::ray::{Ray, SurfacePoint};
 use glam::DVec3;
+use sampling::filter::Filter;
 use sampling::{Vec2, Vec3};
 
 /// How a camera stands, as a scene file says it.
@@ -28,6 +30,8 @@ pub struct CameraSettings {
     pub width: u32,
     /// Height of the image in pixels.
     pub height: u32,
+    /// How pixels weight the light around them.
+    pub filter: Filter,
 }
 
 /// The start of a camera walk.
@@ -85,6 +89,19 @@ impl Camera {
     pub fn height(&self) -> u32 {
         let Camera::Pinhole(pinhole) = self;
         pinhole.height
+    }
+
+    /// How pixels weight the light around them.
+    #[inline]
+    pub fn filter(&self) -> Filter {
+        let Camera::Pinhole(pinhole) = self;
+        pinhole.filter
+    }
+
+    /// Gives the pixels another filter.
+    pub fn set_filter(&mut self, filter: Filter) {
+        let Camera::Pinhole(pinhole) = self;
+        pinhole.set_filter(filter);
     }
 
     /// Gives the film another size, at least one pixel each way; the field of view along the shorter side stays.

@@ -5,6 +5,7 @@ use crate::error::SceneError;
 use crate::ray::{Ray, SurfacePoint};
 use glam::DVec3;
 use sampling::fault;
+use sampling::filter::Filter;
 use sampling::{Vec2, Vec3, vec2};
 
 /// A pinhole with a film at distance 1, of area A = 4·half_width·half_height.
@@ -25,15 +26,19 @@ pub struct Pinhole {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
+    /// How pixels weight the light around them.
+    pub filter: Filter,
     half_short: f32,
     half: Vec2,
     film_area: f32,
+    /// How far the filter reaches beyond the film \[pixels\].
+    margin: f32,
 }
 
 impl Pinhole {
     /// A pinhole that stands as the settings say, in coordinates shifted by `−shift`.
     pub fn new(settings: &CameraSettings, shift: DVec3) -> Result<Self, SceneError> {
-        let CameraSettings { position, target, up, fov, width, height } = *settings;
+        let CameraSettings { position, target, up, fov, width, height, filter } = *settings;
         if !(position.is_finite() && target.is_finite() && up.is_finite()) {
             return Err(SceneError::invalid("the camera has a coordinate that is not finite", "give finite numbers"));
         }
@@ -74,8 +79,11 @@ impl Pinhole {
             half_short,
             half: Vec2::ZERO,
             film_area: 0.0,
+            filter,
+            margin: 0.0,
         };
         camera.set_size(width, height);
+        camera.set_filter(filter);
         Ok(camera)
     }
 
@@ -84,6 +92,11 @@ impl Pinhole {
         let size = vec2(self.width as f32, self.height as f32);
         self.half = size * (self.half_short / size.min_element());
         self.film_area = 4.0 * self.half.x * self.half.y;
+    }
+
+    pub(super) fn set_filter(&mut self, filter: Filter) {
+        self.filter = filter;
+        self.margin = filter.radius() - 0.5;
     }
 
     #[inline]
@@ -106,7 +119,7 @@ impl Pinhole {
         }
     }
 
-    /// The cosine at the camera and the raster position of a direction; None off the film.
+    /// The cosine at the camera and the raster position of a direction; None where no pixel's filter reaches.
     #[inline]
     fn project(&self, d: Vec3) -> Option<(f32, Vec2)> {
         let cos = d.dot(self.forward);
@@ -118,9 +131,9 @@ impl Pinhole {
             (0.5 + d.dot(self.right) * scale / self.half.x) * self.width as f32,
             (0.5 - d.dot(self.up) * scale / self.half.y) * self.height as f32,
         );
-        let on_film =
-            raster.x >= 0.0 && raster.y >= 0.0 && raster.x < self.width as f32 && raster.y < self.height as f32;
-        on_film.then_some((cos, raster))
+        let (low, high) = (-self.margin, vec2(self.width as f32, self.height as f32) + self.margin);
+        let within = raster.x >= low && raster.y >= low && raster.x < high.x && raster.y < high.y;
+        within.then_some((cos, raster))
     }
 
     #[inline]

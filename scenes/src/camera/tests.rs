@@ -11,6 +11,7 @@ fn settings(width: u32, height: u32) -> CameraSettings {
         fov: 50.0,
         width,
         height,
+        filter: sampling::filter::Filter::Box,
     }
 }
 

@@ -9,6 +9,7 @@
 //! fov = 40                # degrees along the shorter side of the image; default 40
 //! width = 256             # default 256, as is height
 //! height = 256
+//! filter = "box"          # default; or triangle, gaussian, mitchell, blackman_harris
 //! [materials.white]
 //! type = "lambert"        # the name of a model, as `neumann list bsdfs` has them
 //! albedo = 0.7            # a number, [r, g, b], or { ramp = { base = 0.5, slope = 0.4, axis = [0, 0, 1] } }
@@ -43,6 +44,7 @@ use crate::error::SceneError;
 use crate::suggest::did_you_mean;
 use reader::{Source, Table, Value};
 use sampling::bsdf::Bsdf;
+use sampling::filter::Filter;
 
 /// The longest side of an image \[pixels\].
 pub const MAX_SIDE: u32 = 65_536;
@@ -114,7 +116,7 @@ fn kind<'a>(table: &Table<'a>, valid: &[&str]) -> Result<&'a str, SceneError> {
 
 /// `[camera]`: a pinhole at `position` that looks at `target`.
 fn read_camera(table: &Table, size: Option<(u32, u32)>) -> Result<CameraSettings, SceneError> {
-    table.allow_only(&["type", "position", "target", "up", "fov", "width", "height"])?;
+    table.allow_only(&["type", "position", "target", "up", "fov", "width", "height", "filter"])?;
     if table.get("type").is_some() {
         kind(table, &["pinhole"])?;
     }
@@ -143,7 +145,15 @@ fn read_camera(table: &Table, size: Option<(u32, u32)>) -> Result<CameraSettings
         SceneError::Invalid { message, mend, .. } => table.error(message, mend),
         other => other,
     })?;
-    Ok(CameraSettings { position, target: target.vec3()?, up, fov, width, height })
+    let filter = match table.get("filter") {
+        Some(value) => value.text()?.parse().map_err(|_| {
+            let names: Vec<String> = Filter::ALL.iter().map(Filter::to_string).collect();
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            value.error(did_you_mean(value.text().unwrap_or_default(), &names))
+        })?,
+        None => Filter::default(),
+    };
+    Ok(CameraSettings { position, target: target.vec3()?, up, fov, width, height, filter })
 }
 
 fn side(table: &Table, key: &str) -> Result<u32, SceneError> {

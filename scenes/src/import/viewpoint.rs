@@ -90,13 +90,29 @@ fn outside(bounds: &Bounds, side: DVec3, up: DVec3, (width, height): (u32, u32))
     let half = (bounds.half(side.cross(up)) / wide).max(bounds.half(up) / high).max(1e-3 * bounds.size());
     let distance = bounds.half(side) + 1.02 * half / (FOV * 0.5).to_radians().tan();
     let position = bounds.middle() + side * distance;
-    CameraSettings { position, target: bounds.middle(), up, fov: FOV, width, height }
+    CameraSettings {
+        position,
+        target: bounds.middle(),
+        up,
+        fov: FOV,
+        width,
+        height,
+        filter: sampling::filter::Filter::Box,
+    }
 }
 
 fn inside(bounds: &Bounds, (width, height): (u32, u32)) -> CameraSettings {
     let middle = bounds.middle();
     let position = middle + DVec3::Z * 0.95 * bounds.half(DVec3::Z);
-    CameraSettings { position, target: middle, up: DVec3::Y, fov: FOV_INSIDE, width, height }
+    CameraSettings {
+        position,
+        target: middle,
+        up: DVec3::Y,
+        fov: FOV_INSIDE,
+        width,
+        height,
+        filter: sampling::filter::Filter::Box,
+    }
 }
 
 fn try_view(meshes: &[&MeshData], bounds: &Bounds, side: DVec3, up: DVec3) -> Seen {
