@@ -1,6 +1,6 @@
 //! The microfacet distribution of Beckmann, whose slopes are normally distributed, with Smith's shadowing.
 
-use super::microfacets::happens;
+use super::microfacets::{Distribution, happens};
 use glam::{Vec2, Vec3, vec2, vec3};
 use std::f32::consts::PI;
 
@@ -43,10 +43,12 @@ impl Beckmann {
     pub fn slopes(q: f32) -> f32 {
         (-q).exp() / PI
     }
+}
 
+impl Distribution for Beckmann {
     /// The density D(m) of normals [1/sr], for `m` in the upper hemisphere; ∫ D(m) cos θ_m dm = 1.
     #[inline]
-    pub fn d(&self, m: Vec3) -> f32 {
+    fn d(&self, m: Vec3) -> f32 {
         let (x, y, z2) = (m.x / self.alpha_x, m.y / self.alpha_y, m.z * m.z);
         let slopes = Self::slopes((x * x + y * y) / z2);
         // Before the density underflows, or cos⁴ does.
@@ -58,7 +60,7 @@ impl Beckmann {
     /// With the stretched direction, whose slope is a = |z| / √(α_x² x² + α_y² y²), this is Λ = (e^(−a²)/(a√π) − erfc a)/2
     /// [Walter07, (26)], exact but for an error of 1.5·10⁻⁷ in erfc.
     #[inline]
-    pub fn area(&self, w: Vec3) -> f32 {
+    fn area(&self, w: Vec3) -> f32 {
         let (z, sin) = (w.z.abs(), vec2(self.alpha_x * w.x, self.alpha_y * w.y).length());
         let (erfc, gauss) = erfc(z / sin);
         z + 0.5 * (INV_SQRT_PI * sin * gauss - z * erfc)
@@ -71,7 +73,7 @@ impl Beckmann {
     /// here it is taken apart into ones with inverses: of the mass a, a normal slope that is turned towards `w` with the
     /// probability (1 + |x|/a)/2, or where |x| > a kept if it is turned so already; the rest is x e^(−x²) beyond a.
     #[inline]
-    pub fn sample_visible(&self, w: Vec3, uc: f32, u: Vec2) -> (Vec3, f32) {
+    fn sample(&self, w: Vec3, uc: f32, u: Vec2) -> (Vec3, f32) {
         let stretched = vec2(self.alpha_x * w.x, self.alpha_y * w.y);
         let sin = stretched.length();
         let towards = if sin > 0.0 { stretched / sin } else { Vec2::X };
@@ -100,6 +102,11 @@ impl Beckmann {
         let y = erfc_inverse((2.0 * u.y).max(f32::EPSILON));
         let slope = x * towards + y * towards.perp();
         (vec3(self.alpha_x * slope.x, self.alpha_y * slope.y, 1.0).normalize(), uc)
+    }
+
+    #[inline]
+    fn sampled_area(&self, _w: Vec3, area: f32, _o_m: f32, _m: Vec3) -> f32 {
+        area
     }
 }
 

@@ -3,6 +3,7 @@
 //! All functions are written without a division by a cosine, so that grazing directions lose nothing. The quantity
 //! that makes this possible is the *span* s(w) = √(α_x² x² + α_y² y² + z²): in Smith's terms 1 + Λ = (1 + s/|z|) / 2.
 
+use super::microfacets::Distribution;
 use crate::warp::sin_cos_turns;
 use glam::{Vec2, Vec3, vec2, vec3};
 use std::f32::consts::PI;
@@ -95,6 +96,28 @@ impl Ggx {
         // z + w.z = height > 0, so the half vector is never zero.
         let half = vec3(sin * cos_phi + w.x, sin * sin_phi + w.y, height);
         vec3(self.alpha_x * half.x, self.alpha_y * half.y, half.z).normalize()
+    }
+}
+
+impl Distribution for Ggx {
+    #[inline]
+    fn d(&self, m: Vec3) -> f32 {
+        Self::d(self, m)
+    }
+
+    #[inline]
+    fn area(&self, w: Vec3) -> f32 {
+        Self::area(self, w)
+    }
+
+    #[inline]
+    fn sample(&self, w: Vec3, uc: f32, u: Vec2) -> (Vec3, f32) {
+        (self.sample_visible(w, u), uc)
+    }
+
+    #[inline]
+    fn sampled_area(&self, _w: Vec3, area: f32, _o_m: f32, _m: Vec3) -> f32 {
+        area
     }
 }
 

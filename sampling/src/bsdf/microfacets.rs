@@ -18,64 +18,54 @@ pub enum Microfacets {
     ShiftedGamma(ShiftedGamma),
 }
 
-impl Microfacets {
-    /// The density D(m) of normals [1/sr], for `m` in the upper hemisphere. It does not change when m.z turns its sign.
-    #[inline]
-    pub fn d(&self, m: Vec3) -> f32 {
-        match self {
-            Self::Ggx(ggx) => ggx.d(m),
-            Self::Beckmann(beckmann) => beckmann.d(m),
-            Self::ShiftedGamma(sgd) => sgd.d(m),
-        }
-    }
+/// What models need of a distribution of normals.
+pub(super) trait Distribution {
+    /// The density D(m) of normals [1/sr], for `m` in the upper hemisphere.
+    fn d(&self, m: Vec3) -> f32;
 
     /// The projected area σ(w), from either side.
-    #[inline]
-    pub fn area(&self, w: Vec3) -> f32 {
-        match self {
-            Self::Ggx(ggx) => ggx.area(w),
-            Self::Beckmann(beckmann) => beckmann.area(w),
-            Self::ShiftedGamma(sgd) => sgd.area(w),
-        }
-    }
-
-    /// |cos θ_o cos θ_i| / G₂(wo, wi) for correlated heights, G₂ = 1 / (1 + Λ(wo) + Λ(wi)) [Heitz14, (99)], given the
-    /// magnitudes of the cosines and the projected areas.
-    #[inline]
-    pub fn joint_area(cos_o: f32, area_o: f32, cos_i: f32, area_i: f32) -> f32 {
-        // σ ≥ cos, so what is subtracted is never more than either of the others.
-        area_o * cos_i + (area_i - cos_i) * cos_o
-    }
+    fn area(&self, w: Vec3) -> f32;
 
     /// A normal seen from `w`, which is in the upper hemisphere, and what is left of `uc` for the next choice.
     ///
     /// Its density [1/sr] is D(m) ⟨w·m⟩ over the [`sampled_area`](Self::sampled_area).
-    #[inline]
-    pub fn sample(&self, w: Vec3, uc: f32, u: Vec2) -> (Vec3, f32) {
-        match self {
-            Self::Ggx(ggx) => (ggx.sample_visible(w, u), uc),
-            Self::Beckmann(beckmann) => beckmann.sample_visible(w, uc, u),
-            Self::ShiftedGamma(sgd) => sgd.sample(w, uc, u),
-        }
-    }
+    fn sample(&self, w: Vec3, uc: f32, u: Vec2) -> (Vec3, f32);
 
     /// The area that the density of [`sample`](Self::sample) is over, given w·m > 0 and the projected area of `w`: that
     /// itself where visible normals are sampled.
-    #[inline]
-    pub fn sampled_area(&self, w: Vec3, area: f32, o_m: f32, m: Vec3) -> f32 {
-        match self {
-            Self::Ggx(_) | Self::Beckmann(_) => area,
-            Self::ShiftedGamma(_) => ShiftedGamma::sampled_area(w, o_m, m),
+    fn sampled_area(&self, w: Vec3, area: f32, o_m: f32, m: Vec3) -> f32;
+}
+
+/// Evaluates an expression with the distribution that there is: once for a whole sample or value, so that the common one
+/// costs what it would cost alone.
+macro_rules! by_distribution {
+    ($microfacets:expr, $facets:ident => $value:expr) => {
+        match $microfacets {
+            Microfacets::Ggx($facets) => $value,
+            Microfacets::Beckmann($facets) => $value,
+            Microfacets::ShiftedGamma($facets) => $value,
         }
+    };
+}
+pub(super) use by_distribution;
+
+/// |cos θ_o cos θ_i| / G₂(wo, wi) for correlated heights, G₂ = 1 / (1 + Λ(wo) + Λ(wi)) [Heitz14, (99)], given the magnitudes
+/// of the cosines and the projected areas.
+#[inline]
+pub(super) fn joint_area(cos_o: f32, area_o: f32, cos_i: f32, area_i: f32) -> f32 {
+    // σ ≥ cos, so what is subtracted is never more than either of the others.
+    area_o * cos_i + (area_i - cos_i) * cos_o
+}
+
+impl Microfacets {
+    /// The projected area σ(w), from either side.
+    pub fn area(&self, w: Vec3) -> f32 {
+        by_distribution!(self, facets => facets.area(w))
     }
 
     /// The roughnesses α_x and α_y.
     pub fn alphas(&self) -> Vec2 {
-        match self {
-            Self::Ggx(ggx) => ggx.alphas(),
-            Self::Beckmann(beckmann) => beckmann.alphas(),
-            Self::ShiftedGamma(sgd) => sgd.alphas(),
-        }
+        by_distribution!(self, facets => facets.alphas())
     }
 
     /// Whether the two roughnesses differ.
@@ -141,6 +131,14 @@ mod tests {
         (0..SIDE * SIDE).map(|i| (vec2((i % SIDE) as f32, (i / SIDE) as f32) + 0.5) / SIDE as f32)
     }
 
+    fn d(facets: &Microfacets, m: Vec3) -> f32 {
+        by_distribution!(facets, f => f.d(m))
+    }
+
+    fn sample(facets: &Microfacets, w: Vec3, uc: f32, u: Vec2) -> (Vec3, f32) {
+        by_distribution!(facets, f => f.sample(w, uc, u))
+    }
+
     fn all() -> Vec<Microfacets> {
         vec![
             Ggx::new(0.4, 0.8).into(),
@@ -164,7 +162,7 @@ mod tests {
                 let mut sums = [0.0_f64; 2];
                 for u in grid() {
                     let m = uniform_hemisphere(u);
-                    let d = facets.d(m) / uniform_hemisphere_pdf();
+                    let d = d(&facets, m) / uniform_hemisphere_pdf();
                     sums[0] += f64::from(d * m.z);
                     sums[1] += f64::from(d * w.dot(m).max(0.0));
                 }
@@ -185,11 +183,15 @@ mod tests {
                 for (i, u) in grid().enumerate() {
                     // Low discrepancy in the third dimension, to keep the noise below the error that is looked for.
                     let uc = (i as f64 * 0.618_033_988_749_895).fract() as f32;
-                    let (m, rest) = facets.sample(w, uc, u);
+                    let (m, rest) = sample(&facets, w, uc, u);
                     assert!((0.0..=1.0).contains(&rest), "{facets:?} {w}: {rest}");
                     let n = uniform_hemisphere(u);
                     let o_n = w.dot(n);
-                    let pdf = if o_n > 0.0 { facets.d(n) * o_n / facets.sampled_area(w, area, o_n, n) } else { 0.0 };
+                    let pdf = if o_n > 0.0 {
+                        d(&facets, n) * o_n / by_distribution!(facets, f => f.sampled_area(w, area, o_n, n))
+                    } else {
+                        0.0
+                    };
                     let g = |m: Vec3| [1.0, m.z, m.x, m.y * m.y];
                     for j in 0..4 {
                         sampled[j] += f64::from(g(m)[j]);
@@ -221,10 +223,10 @@ mod tests {
                     let area = facets.area(w);
                     assert!(area.is_finite() && area > 0.0 && area >= 0.999 * z, "{facets:?} {w}: {area}");
                     for (ux, uy, uc) in edge.iter().flat_map(|x| edge.iter().flat_map(|y| edge.map(|c| (*x, *y, c)))) {
-                        let (m, rest) = facets.sample(w, uc, vec2(ux, uy));
+                        let (m, rest) = sample(&facets, w, uc, vec2(ux, uy));
                         let what = format!("{facets:?} {w} {ux} {uy} {uc}: {m} {rest}");
                         assert!((m.length() - 1.0).abs() < 1e-6 && m.z >= 0.0 && (0.0..=1.0).contains(&rest), "{what}");
-                        assert!(facets.d(m).is_finite() && facets.d(m) > 0.0, "{what}");
+                        assert!(d(&facets, m).is_finite() && d(&facets, m) > 0.0, "{what}");
                         assert!(w.dot(m) > -1e-6, "{what}");
                     }
                 }

@@ -224,7 +224,7 @@ impl<'f> Albedo<'f> {
         let mut sum = 0.0;
         let wi = leaving(2.0 * o_m, 1.0);
         if wi[2] > 0.0 {
-            // As [`Microfacets::joint_area`].
+            // As `joint_area`.
             let area_i = area_of(wi);
             sum += reflected * wi[2] / (self.area * wi[2] + (area_i - wi[2]) * self.cos);
         }
@@ -241,6 +241,7 @@ impl<'f> Albedo<'f> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bsdf::microfacets::{Distribution, by_distribution, joint_area};
     use crate::bsdf::{Beckmann, Ggx, ShiftedGamma};
     use glam::vec2;
 
@@ -262,12 +263,13 @@ mod tests {
                 for i in 0..SIDE * SIDE {
                     let u = (vec2((i % SIDE) as f32, (i / SIDE) as f32) + 0.5) / SIDE as f32;
                     let uc = (i as f64 * 0.618_033_988_749_895).fract() as f32;
-                    let (m, _) = facets.sample(w, uc, u);
+                    let (m, _) = by_distribution!(facets, f => f.sample(w, uc, u));
                     let o_m = w.dot(m);
                     let wi = crate::math::reflect(w, m);
                     if wi.z > 0.0 {
-                        let joint = Microfacets::joint_area(cos, area, wi.z, facets.area(wi));
-                        sum += f64::from(wi.z * facets.sampled_area(w, area, o_m, m) / joint);
+                        let sampled = by_distribution!(facets, f => f.sampled_area(w, area, o_m, m));
+                        let joint = joint_area(cos, area, wi.z, facets.area(wi));
+                        sum += f64::from(wi.z * sampled / joint);
                     }
                 }
                 let missing = 1.0 - sum / (SIDE * SIDE) as f64;

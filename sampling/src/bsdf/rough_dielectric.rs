@@ -1,6 +1,7 @@
 //! A rough interface between two transparent media: microfacets that reflect and refract.
 
 use super::fresnel::{DielectricFresnel, fresnel_dielectric};
+use super::microfacets::{Distribution, by_distribution, joint_area};
 use super::missing_energy::MissingEnergy;
 use super::quadrature::integrate;
 use super::roughness::{is_compensated, microfacets};
@@ -104,7 +105,11 @@ impl RoughDielectric {
         let side = 1.0_f32.copysign(wo.z);
         let (wo, wi) = (wo.with_z(wo.z.abs()), wi.with_z(wi.z * side));
         let is_reflected = wi.z > 0.0;
-        let once = if is_reflected { self.reflection(wo, wi, eta) } else { self.refraction(wo, wi, eta, mode) };
+        let once = by_distribution!(&self.facets, facets => if is_reflected {
+            self.reflection(facets, wo, wi, eta)
+        } else {
+            self.refraction(facets, wo, wi, eta, mode)
+        });
         let Some((here, there)) = echo else { return once };
         let (lobe, table, share, scale) = if is_reflected {
             (Lobes::GLOSSY_REFLECTION, here.missing, 1.0 - here.transmitted, 1.0)
@@ -118,7 +123,7 @@ impl RoughDielectric {
     }
 
     #[inline]
-    fn reflection(&self, wo: Vec3, wi: Vec3, eta: f32) -> Option<(f32, f32, Lobes)> {
+    fn reflection(&self, facets: &impl Distribution, wo: Vec3, wi: Vec3, eta: f32) -> Option<(f32, f32, Lobes)> {
         let sum = wo + wi;
         let length2 = sum.length_squared();
         if length2 == 0.0 {
@@ -128,14 +133,21 @@ impl RoughDielectric {
         let m = sum / length;
         // The directions are unit, so wo·m = wi·m = |wo + wi| / 2, which does not cancel at grazing angles.
         let o_m = 0.5 * length;
-        let (area_o, area_i) = (self.facets.area(wo), self.facets.area(wi));
-        let fd = 0.25 * fresnel_dielectric(o_m, eta).reflected * self.facets.d(m);
-        let f = fd / Microfacets::joint_area(wo.z, area_o, wi.z, area_i);
-        Some((f, fd / self.facets.sampled_area(wo, area_o, o_m, m), Lobes::GLOSSY_REFLECTION))
+        let (area_o, area_i) = (facets.area(wo), facets.area(wi));
+        let fd = 0.25 * fresnel_dielectric(o_m, eta).reflected * facets.d(m);
+        let f = fd / joint_area(wo.z, area_o, wi.z, area_i);
+        Some((f, fd / facets.sampled_area(wo, area_o, o_m, m), Lobes::GLOSSY_REFLECTION))
     }
 
     #[inline]
-    fn refraction(&self, wo: Vec3, wi: Vec3, eta: f32, mode: TransportMode) -> Option<(f32, f32, Lobes)> {
+    fn refraction(
+        &self,
+        facets: &impl Distribution,
+        wo: Vec3,
+        wi: Vec3,
+        eta: f32,
+        mode: TransportMode,
+    ) -> Option<(f32, f32, Lobes)> {
         // The facet's normal is along ±h, h = wo + η wi, taken so that wo and −wi almost cancel without loss.
         let h = (wo + wi) + (eta - 1.0) * wi;
         let length2 = h.length_squared();
@@ -147,35 +159,43 @@ impl RoughDielectric {
         if o_m <= 0.0 || i_m <= 0.0 {
             return None;
         }
-        let (area_o, area_i) = (self.facets.area(wo), self.facets.area(wi));
+        let (area_o, area_i) = (facets.area(wo), facets.area(wi));
         // F is the same from both sides, but only from the thinner medium it keeps its digits near the critical angle.
         let (thin, index) = if eta > 1.0 { (o_m, eta) } else { (i_m, 1.0 / eta) };
         let transmitted = fresnel_dielectric(thin, index).transmitted;
         // dm/dwi = η² |wi·m| / |h|² [Walter07, (17)].
-        let common = transmitted * self.facets.d(m) * o_m * i_m * (eta * eta / length2);
+        let common = transmitted * facets.d(m) * o_m * i_m * (eta * eta / length2);
         let f = common / (area_o * area_i) * mode.transmission_scale(eta);
-        Some((f, common / self.facets.sampled_area(wo, area_o, o_m, m), Lobes::GLOSSY_TRANSMISSION))
+        Some((f, common / facets.sampled_area(wo, area_o, o_m, m), Lobes::GLOSSY_TRANSMISSION))
     }
 
     /// A sample of light that is scattered once, for `wo` above the surface.
     #[inline]
-    fn sample_once(&self, wo: Vec3, eta: f32, uc: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
-        let (m, uc) = self.facets.sample(wo, uc, u);
+    fn sample_once(
+        &self,
+        facets: &impl Distribution,
+        wo: Vec3,
+        eta: f32,
+        uc: f32,
+        u: Vec2,
+        mode: TransportMode,
+    ) -> Option<BsdfSample> {
+        let (m, uc) = facets.sample(wo, uc, u);
         let o_m = wo.dot(m);
         if o_m <= 0.0 {
             return None;
         }
         let DielectricFresnel { reflected, transmitted, cos_t: i_m } = fresnel_dielectric(o_m, eta);
-        let area_o = self.facets.area(wo);
-        let sampled = self.facets.sampled_area(wo, area_o, o_m, m);
-        let visible = self.facets.d(m) / sampled;
+        let area_o = facets.area(wo);
+        let sampled = facets.sampled_area(wo, area_o, o_m, m);
+        let visible = facets.d(m) / sampled;
         if uc < reflected || transmitted == 0.0 {
             let wi = reflect(wo, m);
             if wi.z <= 0.0 {
                 return None;
             }
             let pdf = 0.25 * reflected * visible;
-            let shadowing = wi.z * sampled / Microfacets::joint_area(wo.z, area_o, wi.z, self.facets.area(wi));
+            let shadowing = wi.z * sampled / joint_area(wo.z, area_o, wi.z, facets.area(wi));
             let weight = Spectrum::splat(shadowing);
             return Some(BsdfSample { wi, weight, pdf, lobe: Lobes::GLOSSY_REFLECTION, eta: 1.0 });
         }
@@ -186,7 +206,7 @@ impl RoughDielectric {
         // |h| = |wo·m − η |wi·m||, which by Snell's law is |η² − 1| / (wo·m + η |wi·m|).
         let length = (eta - 1.0) * (eta + 1.0) / (o_m + eta * i_m);
         let pdf = transmitted * visible * o_m * i_m * (eta * eta / (length * length));
-        let shadowing = -wi.z * sampled / (area_o * self.facets.area(wi));
+        let shadowing = -wi.z * sampled / (area_o * facets.area(wi));
         let weight = Spectrum::splat(shadowing * mode.transmission_scale(eta));
         Some(BsdfSample { wi, weight, pdf, lobe: Lobes::GLOSSY_TRANSMISSION, eta })
     }
@@ -198,7 +218,7 @@ impl RoughDielectric {
         let above = wo.with_z(wo.z.abs());
         let back = |wi: Vec3| wi.with_z(wi.z * 1.0_f32.copysign(wo.z));
         let Some((here, there)) = self.echo_from(wo) else {
-            let once = self.sample_once(above, eta, uc, u, mode)?;
+            let once = by_distribution!(&self.facets, facets => self.sample_once(facets, above, eta, uc, u, mode))?;
             return Some(BsdfSample { wi: back(once.wi), ..once });
         };
         let missing = here.missing.at(above.z);
@@ -207,7 +227,8 @@ impl RoughDielectric {
         } else if uc < missing {
             here.missing.sample(u)
         } else {
-            self.sample_once(above, eta, (uc - missing) / (1.0 - missing), u, mode)?.wi
+            let uc = (uc - missing) / (1.0 - missing);
+            by_distribution!(&self.facets, facets => self.sample_once(facets, above, eta, uc, u, mode))?.wi
         };
         let wi = back(wi);
         let (f, pdf, lobe) = self.value_and_density(wo, wi, mode)?;

@@ -1,6 +1,6 @@
 //! The shifted-gamma distribution of normals, with Smith's shadowing.
 
-use super::microfacets::happens;
+use super::microfacets::{Distribution, happens};
 use super::quadrature::integrate;
 use super::{Shared, Tables};
 use crate::warp::sin_cos_turns;
@@ -84,10 +84,12 @@ impl ShiftedGamma {
         let Shape { alpha, gamma, spread, .. } = *self.table;
         (-alpha * q - gamma * (1.0 + q).ln()).exp() / (PI * spread)
     }
+}
 
+impl Distribution for ShiftedGamma {
     /// The density D(m) of normals [1/sr], for `m` in the upper hemisphere; ∫ D(m) cos θ_m dm = 1.
     #[inline]
-    pub fn d(&self, m: Vec3) -> f32 {
+    fn d(&self, m: Vec3) -> f32 {
         let (x, y, z2) = (m.x / self.alpha_x, m.y / self.alpha_y, m.z * m.z);
         let slopes = self.slopes((x * x + y * y) / z2);
         // Before the density underflows, or cos⁴ does.
@@ -96,7 +98,7 @@ impl ShiftedGamma {
 
     /// The projected area σ(w) = ∫ D(m) ⟨w·m⟩ dm = |z| (1 + Λ) of the facets seen from `w`; Smith's G₁ is |z| / σ.
     #[inline]
-    pub fn area(&self, w: Vec3) -> f32 {
+    fn area(&self, w: Vec3) -> f32 {
         let (z, sin) = (w.z.abs(), vec2(self.alpha_x * w.x, self.alpha_y * w.y).length());
         // a/(a + scale) with a = z/sin, also where sin = 0.
         z + sin * self.table.hidden.at(z / (z + self.table.scale * sin))
@@ -106,7 +108,7 @@ impl ShiftedGamma {
     ///
     /// It is exact where the mirror image of `m` about the z axis is visible as well, and 2 D(m) cos θ_m elsewhere.
     #[inline]
-    pub fn sampled_area(w: Vec3, o_m: f32, m: Vec3) -> f32 {
+    fn sampled_area(&self, w: Vec3, _area: f32, o_m: f32, m: Vec3) -> f32 {
         w.z.abs().max(0.5 * o_m / m.z)
     }
 
@@ -116,7 +118,7 @@ impl ShiftedGamma {
     /// slope, and turned by half a turn about z with the probability that makes it and its image as likely as they are large
     /// when seen from `w`.
     #[inline]
-    pub fn sample(&self, w: Vec3, uc: f32, u: Vec2) -> (Vec3, f32) {
+    fn sample(&self, w: Vec3, uc: f32, u: Vec2) -> (Vec3, f32) {
         let slope = self.quantile(1.0 - u.x).sqrt();
         let (sin, cos) = sin_cos_turns(u.y);
         let m = vec3(self.alpha_x * slope * cos, self.alpha_y * slope * sin, 1.0).normalize();
