@@ -32,25 +32,41 @@
 //!
 //! The keys by which all crates of neumann cite: `[Key]`, or `[Key, equation or section]`.
 //!
+//! - `[Abramowitz64]` M. Abramowitz, I. A. Stegun: *Handbook of mathematical functions*, National Bureau of Standards, 1964.
 //! - `[Ahmed20]` A. G. M. Ahmed, P. Wonka: *Screen-space blue-noise diffusion of Monte Carlo sampling error via hierarchical
 //!   ordering of pixels*, ACM Transactions on Graphics 39(6), 2020.
+//! - `[Bagher12]` M. M. Bagher, C. Soler, N. Holzschuch: *Accurate fitting of measured reflectances using a shifted gamma
+//!   micro-facet distribution*, Computer Graphics Forum 31(4), 2012.
+//! - `[Beckmann63]` P. Beckmann, A. Spizzichino: *The scattering of electromagnetic waves from rough surfaces*,
+//!   Pergamon, 1963.
 //! - `[Burley20]` B. Burley: *Practical hash-based Owen scrambling*, JCGT 9(4), 2020.
-//! - `[Dutre93]` P. Dutré, E. P. Lafortune, Y. D. Willems: *Monte Carlo light tracing with direct computation of pixel
-//!   intensities*, Compugraphics 1993.
 //! - `[Chan83]` T. F. Chan, G. H. Golub, R. J. LeVeque: *Algorithms for computing the sample variance*,
 //!   The American Statistician 37(3), 1983.
 //! - `[Duff17]` T. Duff et al.: *Building an orthonormal basis, revisited*, JCGT 6(1), 2017.
 //! - `[Dupuy23]` J. Dupuy, A. Benyoub: *Sampling visible GGX normals with spherical caps*,
 //!   Computer Graphics Forum 42(8), 2023.
+//! - `[Dutre93]` P. Dutré, E. P. Lafortune, Y. D. Willems: *Monte Carlo light tracing with direct computation of pixel
+//!   intensities*, Compugraphics 1993.
+//! - `[Giles12]` M. Giles: *Approximating the erfinv function*, GPU Computing Gems Jade Edition, 2012.
 //! - `[Gulbrandsen14]` O. Gulbrandsen: *Artist friendly metallic Fresnel*, JCGT 3(4), 2014.
 //! - `[Harris78]` F. J. Harris: *On the use of windows for harmonic analysis with the discrete Fourier transform*,
 //!   Proceedings of the IEEE 66(1), 1978.
 //! - `[Heitz14]` E. Heitz: *Understanding the masking-shadowing function in microfacet-based BRDFs*, JCGT 3(2), 2014.
+//! - `[Heitz14b]` E. Heitz, E. d'Eon: *Importance sampling microfacet-based BSDFs using the distribution of visible
+//!   normals*, Computer Graphics Forum 33(4), 2014.
 //! - `[Heitz18]` E. Heitz: *Sampling the GGX distribution of visible normals*, JCGT 7(4), 2018.
 //! - `[Heitz19]` E. Heitz: *A low-distortion map between triangle and square*, HAL-02073696, 2019.
+//! - `[Inagaki81]` T. Inagaki, E. T. Arakawa, M. W. Williams: *Optical properties of liquid mercury*, Physical Review B 23,
+//!   1981.
 //! - `[Ize13]` T. Ize: *Robust BVH ray traversal*, JCGT 2(2), 2013.
+//! - `[Jakob14]` W. Jakob: *An improved visible normal sampling routine for the Beckmann distribution*, ETH Zürich, 2014.
+//! - `[Johnson72]` P. B. Johnson, R. W. Christy: *Optical constants of the noble metals*, Physical Review B 6, 1972.
+//! - `[Johnson74]` P. B. Johnson, R. W. Christy: *Optical constants of transition metals: Ti, V, Cr, Mn, Fe, Co, Ni, and
+//!   Pd*, Physical Review B 9, 1974.
 //! - `[Kajiya86]` J. T. Kajiya: *The rendering equation*, SIGGRAPH 1986.
 //! - `[Kensler13]` A. Kensler: *Correlated multi-jittered sampling*, Pixar technical memo 13-01, 2013.
+//! - `[Kulla17]` C. Kulla, A. Conty: *Revisiting physically based shading at Imageworks*, SIGGRAPH 2017 course
+//!   *Physically based shading in theory and practice*.
 //! - `[Lafortune93]` E. P. Lafortune, Y. D. Willems: *Bi-directional path tracing*, Compugraphics 1993.
 //! - `[Laine11]` S. Laine, T. Karras: *Stratified sampling for stochastic transparency*, EGSR 2011.
 //! - `[Mitchell88]` D. P. Mitchell, A. N. Netravali: *Reconstruction filters in computer graphics*, SIGGRAPH 1988.
@@ -58,8 +74,15 @@
 //! - `[ONeill14]` M. E. O'Neill: *PCG: a family of simple fast space-efficient statistically good algorithms for
 //!   random number generation*, HMC-CS-2014-0905, 2014.
 //! - `[PBRT4]` M. Pharr, W. Jakob, G. Humphreys: *Physically Based Rendering*, 4th edition, 2023.
+//! - `[Querry85]` M. R. Querry: *Optical constants*, contractor report CRDC-CR-85034, 1985.
+//! - `[Rakic95]` A. D. Rakić: *Algorithm for the determination of intrinsic optical constants of metal films: application to
+//!   aluminum*, Applied Optics 34, 1995.
+//! - `[Rakic98]` A. D. Rakić et al.: *Optical properties of metallic films for vertical-cavity optoelectronic devices*,
+//!   Applied Optics 37, 1998.
 //! - `[Shirley97]` P. Shirley, K. Chiu: *A low distortion map between disk and square*, JGT 2(3), 1997.
 //! - `[Steele14]` G. L. Steele, D. Lea, C. H. Flood: *Fast splittable pseudorandom number generators*, OOPSLA 2014.
+//! - `[Stokes1862]` G. G. Stokes: *On the intensity of the light reflected from or transmitted through a pile of plates*,
+//!   Proceedings of the Royal Society 11, 1862.
 //! - `[Trowbridge75]` T. S. Trowbridge, K. P. Reitz: *Average irregularity representation of a rough surface for ray
 //!   reflection*, JOSA 65(5), 1975.
 //! - `[Veach97]` E. Veach: *Robust Monte Carlo methods for light transport simulation*, PhD thesis, Stanford, 1997.
@@ -67,6 +90,8 @@
 //! - `[Vose91]` M. D. Vose: *A linear algorithm for generating random numbers with a given distribution*,
 //!   IEEE Transactions on Software Engineering 17(9), 1991.
 //! - `[Walter07]` B. Walter et al.: *Microfacet models for refraction through rough surfaces*, EGSR 2007.
+//! - `[Weaver75]` J. H. Weaver, C. G. Olson, D. W. Lynch: *Optical properties of crystalline tungsten*, Physical Review B 12,
+//!   1975.
 //! - `[Welford62]` B. P. Welford: *Note on a method for calculating corrected sums of squares and products*,
 //!   Technometrics 4(3), 1962.
 //! - `[Woop13]` S. Woop, C. Benthin, I. Wald: *Watertight ray/triangle intersection*, JCGT 2(1), 2013.

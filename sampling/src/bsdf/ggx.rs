@@ -3,8 +3,9 @@
 //! All functions are written without a division by a cosine, so that grazing directions lose nothing. The quantity
 //! that makes this possible is the *span* s(w) = √(α_x² x² + α_y² y² + z²): in Smith's terms 1 + Λ = (1 + s/|z|) / 2.
 
+use super::microfacets::Distribution;
 use crate::warp::sin_cos_turns;
-use glam::{Vec2, Vec3, vec3};
+use glam::{Vec2, Vec3, vec2, vec3};
 use std::f32::consts::PI;
 
 /// GGX with roughness α_x along x and α_y along y [Trowbridge75; Walter07, (33); Heitz14, section 5].
@@ -30,9 +31,21 @@ impl Ggx {
         Self { alpha_x, alpha_y }
     }
 
+    /// The two roughnesses.
+    #[inline]
+    pub fn alphas(&self) -> Vec2 {
+        vec2(self.alpha_x, self.alpha_y)
+    }
+
     /// Whether the two roughnesses differ.
     pub fn is_anisotropic(&self) -> bool {
         self.alpha_x != self.alpha_y
+    }
+
+    /// The density [1/area] of slopes over their roughness, given the square q of their length.
+    #[inline]
+    pub fn slopes(q: f32) -> f32 {
+        1.0 / (PI * (1.0 + q) * (1.0 + q))
     }
 
     /// The density D(m) of normals [1/sr], for `m` in the upper hemisphere; ∫ D(m) cos θ_m dm = 1.
@@ -48,6 +61,12 @@ impl Ggx {
     pub fn span(&self, w: Vec3) -> f32 {
         let (x, y) = (self.alpha_x * w.x, self.alpha_y * w.y);
         (x * x + y * y + w.z * w.z).sqrt()
+    }
+
+    /// The projected area σ(w) = ∫ D(m) ⟨w·m⟩ dm = (|z| + s) / 2 of the facets seen from `w`; Smith's G₁ is |z| / σ.
+    #[inline]
+    pub fn area(&self, w: Vec3) -> f32 {
+        0.5 * (w.z.abs() + self.span(w))
     }
 
     /// Smith's masking G₁(w) / |cos θ| = 2 / (|z| + s) [Heitz14, (43)], given the magnitude of the cosine and the span.
@@ -80,11 +99,32 @@ impl Ggx {
     }
 }
 
+impl Distribution for Ggx {
+    #[inline]
+    fn d(&self, m: Vec3) -> f32 {
+        Self::d(self, m)
+    }
+
+    #[inline]
+    fn area(&self, w: Vec3) -> f32 {
+        Self::area(self, w)
+    }
+
+    #[inline]
+    fn sample(&self, w: Vec3, uc: f32, u: Vec2) -> (Vec3, f32) {
+        (self.sample_visible(w, u), uc)
+    }
+
+    #[inline]
+    fn sampled_area(&self, _w: Vec3, area: f32, _o_m: f32, _m: Vec3) -> f32 {
+        area
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::warp::{uniform_hemisphere, uniform_hemisphere_pdf};
-    use glam::vec2;
 
     const SIDE: usize = 1024;
 

@@ -6,28 +6,43 @@
 //!
 //! Models that reflect are two-sided: they scatter from `wo` to `wi` where both are on one side, whichever it is.
 
+mod beckmann;
+mod conductor;
 mod dielectric;
 mod fresnel;
 mod ggx;
 mod lambert;
 mod lobes;
+mod metals;
+mod microfacets;
 mod mirror;
+mod missing_energy;
+mod null;
 mod parameter;
+mod quadrature;
 mod rough_conductor;
 mod rough_dielectric;
 mod roughness;
+mod shifted_gamma;
 mod table;
+mod thin_glass;
 
+pub use beckmann::Beckmann;
+pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use fresnel::{DielectricFresnel, fresnel_conductor, fresnel_dielectric};
 pub use ggx::Ggx;
 pub use lambert::Lambert;
 pub use lobes::Lobes;
+pub use microfacets::Microfacets;
 pub use mirror::Mirror;
+pub use null::Null;
 pub use parameter::{Argument, Arguments, Domain, MAX_PARAMETERS, Misfit, Parameter, Preset};
 pub use rough_conductor::RoughConductor;
 pub use rough_dielectric::RoughDielectric;
+pub use shifted_gamma::ShiftedGamma;
 pub use table::{Shared, Table, Tables};
+pub use thin_glass::ThinGlass;
 
 use crate::fault;
 use crate::math::Spectrum;
@@ -268,8 +283,14 @@ models! {
     Lambert,
     /// Ideal specular reflection.
     Mirror,
+    /// A surface that does nothing but let light through.
+    Null,
+    /// A smooth metal.
+    Conductor,
     /// A smooth interface between two transparent media.
     Dielectric,
+    /// A thin pane of glass.
+    ThinGlass,
     /// A rough metal.
     RoughConductor,
     /// A rough interface between two transparent media.

@@ -126,6 +126,16 @@ impl Argument {
         }
     }
 
+    /// The place of the chosen word in its list, if one was given.
+    #[inline]
+    pub fn given_choice(self) -> Option<usize> {
+        match self {
+            Self::Absent => None,
+            Self::Choice(place) => Some(place),
+            other => panic!("not a choice: {other:?}"),
+        }
+    }
+
     /// The number of a parameter that is never absent.
     #[inline]
     pub fn number(self) -> f32 {

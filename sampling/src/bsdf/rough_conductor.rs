@@ -1,33 +1,56 @@
 //! A rough metal: microfacets that mirror.
 
-use super::roughness::alphas;
+use super::metals::{complex_index, index_of_reflectance};
+use super::microfacets::{Distribution, by_distribution, joint_area};
+use super::missing_energy::MissingEnergy;
+use super::quadrature::integrate;
+use super::roughness::{is_compensated, microfacets};
 use super::{
-    Arguments, Bsdf, BsdfModel, BsdfSample, Ggx, Lobes, Mirror, Misfit, Parameter, Preset, TransportMode,
-    fresnel_conductor, survival_of,
+    Arguments, Beckmann, Bsdf, BsdfModel, BsdfSample, Conductor, Ggx, Lobes, Microfacets, Misfit, Parameter, Shared,
+    ShiftedGamma, TransportMode, fresnel_conductor, survival_of,
 };
 use crate::fault;
 use crate::math::{Spectrum, reflect, same_hemisphere};
 use glam::{Vec2, Vec3};
+use std::f32::consts::PI;
 
 /// f_s = F(wo·m) D(m) G₂(wo, wi) / (4 |cos θ_o| |cos θ_i|) with the half vector m [Walter07, (20)].
 ///
-/// D is GGX, G₂ is Smith's for correlated heights [Heitz14, (99)], F exact for the complex index. Visible normals are
-/// sampled. Light scattered more than once among the facets is lost: at α = 1 about half of it in the worst direction.
+/// D is any of [`Microfacets`], G₂ is Smith's for correlated heights [Heitz14, (99)], F exact for the complex index. Visible
+/// normals are sampled. Light scattered more than once among the facets is lost, at α = 1 seven tenths of it (GGX at normal
+/// incidence: ln 2), or [compensated](Self::compensated).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughConductor {
     eta: Spectrum,
     k: Spectrum,
     /// F at normal incidence.
     survival: f32,
-    ggx: Ggx,
+    facets: Microfacets,
+    echo: Option<Echo>,
+}
+
+/// The lobe of light that is scattered more than once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Echo {
+    missing: Shared<MissingEnergy>,
+    /// What is left of it by absorption.
+    tint: Spectrum,
+}
+
+impl Echo {
+    /// f_s for these magnitudes of the cosines.
+    #[inline]
+    fn value(&self, cos_o: f32, cos_i: f32) -> Spectrum {
+        let missing = self.missing;
+        self.tint * (missing.at(cos_o) * missing.at(cos_i) / (PI * missing.average()))
+    }
 }
 
 impl RoughConductor {
-    /// A metal of complex index `eta` + i `k` relative to the medium around it (≥ 0, not both 0), with roughness α_x along
+    /// A metal of complex index `eta` + i `k` relative to the medium around it (≥ 0, not both 0), with GGX roughness α_x along
     /// x, α_y along y, at least [`Ggx::MIN_ALPHA`].
     pub fn new(eta: Spectrum, k: Spectrum, alpha_x: f32, alpha_y: f32) -> Self {
-        let survival = survival_of(fresnel_conductor(1.0, eta, k));
-        Self { eta, k, survival, ggx: Ggx::new(alpha_x, alpha_y) }
+        Self::with_facets(eta, k, Ggx::new(alpha_x, alpha_y).into())
     }
 
     /// A metal that reflects `reflectance`, in [0, 1], at normal incidence.
@@ -36,31 +59,100 @@ impl RoughConductor {
     /// η: the map of `[Gulbrandsen14]` with an edge tint of 1, which simplifies to η = (1 − r)/(1 + r), k = 2√r/(1 + r) and
     /// is finite for all r. Its reflectance never falls towards grazing.
     pub fn from_reflectance(reflectance: Spectrum, alpha_x: f32, alpha_y: f32) -> Self {
-        let sum = Spectrum::ONE + reflectance;
-        Self::new((Spectrum::ONE - reflectance) / sum, 2.0 * reflectance.sqrt() / sum, alpha_x, alpha_y)
+        let (eta, k) = index_of_reflectance(reflectance);
+        Self::new(eta, k, alpha_x, alpha_y)
+    }
+
+    /// A metal of complex index `eta` + i `k` (≥ 0, not both 0) with any distribution of normals.
+    pub fn with_facets(eta: Spectrum, k: Spectrum, facets: Microfacets) -> Self {
+        Self { eta, k, survival: survival_of(fresnel_conductor(1.0, eta, k)), facets, echo: None }
+    }
+
+    /// The same metal, isotropic, with a second lobe in place of light that is scattered more than once `[Kulla17]`.
+    ///
+    /// What single scattering would lose if nothing were absorbed is given back, times F̄² Ē / (1 − F̄ (1 − Ē)): the share that
+    /// survives two or more reflections, each of which absorbs 1 − F̄ and after the second of which Ē leaves. F̄ is the mean
+    /// of F over directions with the density cos θ / π. So a metal that absorbs nothing loses nothing.
+    #[must_use]
+    pub fn compensated(self) -> Self {
+        let missing = MissingEnergy::of_mirrors(&self.facets);
+        let fresnel = |cos: f64| fresnel_conductor(cos as f32, self.eta, self.k).to_array();
+        let channel = |c: usize| integrate(0.0, 1.0, 8, |cos| 2.0 * cos * f64::from(fresnel(cos)[c])) as f32;
+        let average = Spectrum::new(channel(0), channel(1), channel(2));
+        let lost = missing.average();
+        let tint = average * average * (1.0 - lost) / (Spectrum::ONE - average * lost);
+        Self { echo: Some(Echo { missing, tint }), ..self }
     }
 
     /// f_s and pdf for directions of one side, whichever it is.
     #[inline]
     fn value_and_density(&self, wo: Vec3, wi: Vec3) -> Option<(Spectrum, f32)> {
+        if !same_hemisphere(wo, wi) {
+            return None;
+        }
+        // The surface is its own mirror image.
+        let (wo, wi) = (wo.with_z(wo.z.abs()), wi.with_z(wi.z.abs()));
+        let single = by_distribution!(&self.facets, facets => self.scattered_once(facets, wo, wi));
+        let Some(echo) = &self.echo else { return single };
+        let (f, pdf) = single.unwrap_or((Spectrum::ZERO, 0.0));
+        let share = echo.missing.at(wo.z);
+        Some((f + echo.value(wo.z, wi.z), pdf + share * (echo.missing.pdf(wi.z) - pdf)))
+    }
+
+    /// f_s and pdf of the first lobe, above the surface.
+    #[inline]
+    fn scattered_once(&self, facets: &impl Distribution, wo: Vec3, wi: Vec3) -> Option<(Spectrum, f32)> {
         let sum = wo + wi;
         let length2 = sum.length_squared();
-        if !same_hemisphere(wo, wi) || length2 == 0.0 {
+        if length2 == 0.0 {
             return None;
         }
         let length = length2.sqrt();
         let m = sum / length;
-        let (cos_o, cos_i) = (wo.z.abs(), wi.z.abs());
-        let (span_o, span_i) = (self.ggx.span(wo), self.ggx.span(wi));
-        // D depends on squares only, so the side does not matter to it.
-        let d = self.ggx.d(m);
-        // G₂ / (4 cos cos) = 1 / (2 (s_o cos_i + s_i cos_o)).
         // The directions are unit, so wo·m = wi·m = |wo + wi| / 2, which does not cancel at grazing angles.
-        let f = fresnel_conductor(0.5 * length, self.eta, self.k) * (0.5 * d / (span_o * cos_i + span_i * cos_o));
-        // The density of m is D_visible; of wi, by dm/dwi, that over 4 |wo·m|, which cancels.
-        let jacobian = fault!("half_vector_jacobian_missing", 0.25, 2.0 * length);
-        let pdf = jacobian * Ggx::g1_over_cos(cos_o, span_o) * d;
-        Some((f, pdf))
+        let o_m = 0.5 * length;
+        let (area_o, area_i) = (facets.area(wo), facets.area(wi));
+        let d = facets.d(m);
+        let f = fresnel_conductor(o_m, self.eta, self.k) * (0.25 * d / joint_area(wo.z, area_o, wi.z, area_i));
+        // The density of m is D ⟨wo·m⟩ / area; of wi, by dm/dwi, that over 4 |wo·m|, which cancels.
+        let jacobian = fault!("half_vector_jacobian_missing", 0.25, 4.0 * o_m);
+        Some((f, jacobian * d / facets.sampled_area(wo, area_o, o_m, m)))
+    }
+
+    /// A sample of the first lobe, above the surface.
+    #[inline]
+    fn sample_once(&self, facets: &impl Distribution, wo: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample> {
+        let (m, _) = facets.sample(wo, uc, u);
+        let o_m = wo.dot(m);
+        let wi = reflect(wo, m);
+        // Below the horizon another facet is met; wo·m ≤ 0 is rounding at grazing angles.
+        if wi.z <= 0.0 || o_m <= 0.0 {
+            return None;
+        }
+        let (area_o, area_i) = (facets.area(wo), facets.area(wi));
+        let sampled = facets.sampled_area(wo, area_o, o_m, m);
+        let pdf = 0.25 * facets.d(m) / sampled;
+        // The density cancels D.
+        let shadowing = wi.z * sampled / joint_area(wo.z, area_o, wi.z, area_i);
+        let weight = fresnel_conductor(o_m, self.eta, self.k) * shadowing;
+        Some(BsdfSample { wi, weight, pdf, lobe: Lobes::GLOSSY_REFLECTION, eta: 1.0 })
+    }
+
+    /// A sample of either lobe, above the surface.
+    #[inline]
+    fn sample_above(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample> {
+        let Some(echo) = &self.echo else {
+            return by_distribution!(&self.facets, facets => self.sample_once(facets, wo, uc, u));
+        };
+        let share = echo.missing.at(wo.z);
+        let wi = if uc < share {
+            echo.missing.sample(u)
+        } else {
+            let uc = (uc - share) / (1.0 - share);
+            by_distribution!(&self.facets, facets => self.sample_once(facets, wo, uc, u))?.wi
+        };
+        let (f, pdf) = self.value_and_density(wo, wi)?;
+        Some(BsdfSample { wi, weight: f * (wi.z / pdf), pdf, lobe: Lobes::GLOSSY_REFLECTION, eta: 1.0 })
     }
 }
 
@@ -68,33 +160,32 @@ impl BsdfModel for RoughConductor {
     const NAME: &'static str = "rough_conductor";
     const ABOUT: &'static str = "a rough metal";
     const PARAMETERS: &'static [Parameter] = &[
-        Parameter::colour("reflectance", "share of light reflected at normal incidence", 0.0, 1.0, Preset::Absent),
-        Parameter::colour("eta", "index of refraction", 1e-3, 1e3, Preset::Absent),
-        Parameter::colour("k", "extinction index", 0.0, 1e3, Preset::Absent),
+        Parameter::REFLECTANCE,
+        Parameter::METAL,
+        Parameter::ETA,
+        Parameter::K,
+        Parameter::DISTRIBUTION,
+        Parameter::GAMMA,
         Parameter::ROUGHNESS,
         Parameter::ALPHA,
         Parameter::ALPHA_X,
         Parameter::ALPHA_Y,
+        Parameter::MULTIPLE_SCATTERING,
     ];
 
     fn from_arguments(arguments: &Arguments) -> Result<Bsdf, Misfit> {
-        let [reflectance, eta, k, roughness, alpha, alpha_x, alpha_y] = arguments.all();
-        let alphas = alphas([roughness, alpha, alpha_x, alpha_y])?;
-        match (reflectance.given_colour(), eta.given_colour(), k.given_colour()) {
-            (Some(reflectance), None, None) => Ok(match alphas {
-                Some((x, y)) => Self::from_reflectance(reflectance, x, y).into(),
-                None => Mirror { reflectance }.into(),
-            }),
-            (None, Some(eta), Some(k)) => Ok(match alphas {
-                Some((x, y)) => Self::new(eta, k, x, y).into(),
-                None => Mirror { reflectance: fresnel_conductor(1.0, eta, k) }.into(),
-            }),
-            _ => Err(Misfit::new("reflectance", "give either `reflectance`, or both `eta` and `k`")),
-        }
+        let [reflectance, metal, eta, k, distribution, gamma, roughness, alpha, alpha_x, alpha_y, multiple] =
+            arguments.all();
+        let (eta, k) = complex_index([reflectance, metal, eta, k])?;
+        let Some(facets) = microfacets([distribution, gamma, roughness, alpha, alpha_x, alpha_y])? else {
+            return Ok(Conductor::new(eta, k).into());
+        };
+        let single = Self::with_facets(eta, k, facets);
+        Ok(if is_compensated(multiple, &facets)? { single.compensated() } else { single }.into())
     }
 
     fn is_anisotropic(&self) -> bool {
-        self.ggx.is_anisotropic()
+        self.facets.is_anisotropic()
     }
 
     #[inline]
@@ -116,26 +207,13 @@ impl BsdfModel for RoughConductor {
     }
 
     #[inline]
-    fn sample(&self, wo: Vec3, _uc: f32, u: Vec2, _mode: TransportMode) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, uc: f32, u: Vec2, _mode: TransportMode) -> Option<BsdfSample> {
         if wo.z == 0.0 {
             return None;
         }
         // The surface is its own mirror image, so work above it and come back.
-        let above = wo.with_z(wo.z.abs());
-        let m = self.ggx.sample_visible(above, u);
-        let o_m = above.dot(m);
-        let wi = reflect(above, m);
-        // Below the horizon another facet is met; wo·m ≤ 0 is rounding at grazing angles.
-        if wi.z <= 0.0 || o_m <= 0.0 {
-            return None;
-        }
-        let (span_o, span_i) = (self.ggx.span(above), self.ggx.span(wi));
-        let pdf = 0.25 * self.ggx.visible_over_cos(above.z, span_o, m);
-        // F G₂ / G₁(wo): the density cancels all else.
-        let shadowing = wi.z * (above.z + span_o) / (span_o * wi.z + span_i * above.z);
-        let weight = fresnel_conductor(o_m, self.eta, self.k) * shadowing;
-        let wi = wi.with_z(wi.z.copysign(wo.z));
-        Some(BsdfSample { wi, weight, pdf, lobe: Lobes::GLOSSY_REFLECTION, eta: 1.0 })
+        let sample = self.sample_above(wo.with_z(wo.z.abs()), uc, u)?;
+        Some(BsdfSample { wi: sample.wi.with_z(sample.wi.z.copysign(wo.z)), ..sample })
     }
 
     #[inline]
@@ -149,15 +227,25 @@ impl BsdfModel for RoughConductor {
     }
 
     fn examples() -> Vec<Self> {
-        let gold = (Spectrum::new(0.143, 0.375, 1.442), Spectrum::new(3.983, 2.386, 1.603));
+        let gold = (Spectrum::new(0.188, 0.544, 1.332), Spectrum::new(3.403, 2.231, 1.869));
+        let white = index_of_reflectance(Spectrum::ONE);
+        let with = |facets: Microfacets| Self::with_facets(white.0, white.1, facets);
         vec![
             Self::new(gold.0, gold.1, 0.1, 0.1),
             Self::new(gold.0, gold.1, 0.05, 0.4),
             Self::new(gold.0, gold.1, 1.0, 1.0),
-            Self::from_reflectance(Spectrum::ONE, 0.5, 0.5),
             Self::from_reflectance(Spectrum::new(0.9, 0.5, 0.0), 0.3, 0.3),
-            Self::from_reflectance(Spectrum::ONE, 0.01, 0.01),
             Self::from_reflectance(Spectrum::ONE, Ggx::MIN_ALPHA, Ggx::MIN_ALPHA),
+            with(Beckmann::new(0.1, 0.4).into()),
+            with(Beckmann::new(1.0, 1.0).into()),
+            with(Beckmann::new(Beckmann::MIN_ALPHA, Beckmann::MIN_ALPHA).into()),
+            with(ShiftedGamma::new(0.05, 0.2, 1.0).into()),
+            with(ShiftedGamma::new(1.0, 1.0, 0.3).into()),
+            with(ShiftedGamma::new(ShiftedGamma::MIN_ALPHA, ShiftedGamma::MIN_ALPHA, 4.0).into()),
+            with(Ggx::new(1.0, 1.0).into()).compensated(),
+            Self::new(gold.0, gold.1, 0.3, 0.3).compensated(),
+            with(Ggx::new(0.02, 0.02).into()).compensated(),
+            with(ShiftedGamma::new(0.5, 0.5, 1.0).into()).compensated(),
         ]
     }
 }
@@ -165,19 +253,44 @@ impl BsdfModel for RoughConductor {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bsdf::quadrature::integrate_towards_ends;
+    use glam::vec3;
+    use std::f64::consts::TAU;
+
+    /// ∫ f cos dwi by quadrature over the hemisphere, in f64.
+    fn albedo(metal: &RoughConductor, cos: f32) -> f64 {
+        let wo = vec3((1.0 - cos * cos).sqrt(), 0.0, cos);
+        let value = |theta: f64, phi: f64| {
+            let (sin, cos) = theta.sin_cos();
+            let wi = vec3((sin * phi.cos()) as f32, (sin * phi.sin()) as f32, cos as f32);
+            let f = metal.eval(wo, wi, Lobes::ALL, TransportMode::Radiance).max_component();
+            f64::from(f) * cos * sin
+        };
+        let theta_o = f64::from(cos).acos();
+        let ring = |theta: f64| 2.0 * integrate_towards_ends(0.0, 0.5 * TAU, 32, |phi| value(theta, phi));
+        let part = |from, to| integrate_towards_ends(from, to, 32, ring);
+        if theta_o > 0.0 { part(0.0, theta_o) + part(theta_o, 0.25 * TAU) } else { part(0.0, 0.25 * TAU) }
+    }
 
     #[test]
-    fn a_reflectance_is_met_at_the_normal_and_never_falls_towards_grazing() {
-        for r in [0.0, 0.01, 0.3, 0.5, 0.9, 0.99, 1.0] {
-            let metal = RoughConductor::from_reflectance(Spectrum::splat(r), 0.1, 0.1);
-            let mut last = r;
-            for i in 0..=100 {
-                let cos = 1.0 - i as f32 * 0.009_99;
-                let f = fresnel_conductor(cos, metal.eta, metal.k).max_component();
-                assert!(i > 0 || (f - r).abs() < 1e-6, "{r}: {f}");
-                assert!(f >= last - 1e-6 && f <= 1.0 + 1e-6, "{r} at {cos}: {f} after {last}");
-                last = f;
+    fn compensated_facets_lose_nothing() {
+        let (eta, k) = index_of_reflectance(Spectrum::ONE);
+        let mut facets: Vec<Microfacets> = [0.1, 0.5, 1.0].map(|alpha| Ggx::new(alpha, alpha).into()).to_vec();
+        facets.extend([Beckmann::new(0.5, 0.5).into(), ShiftedGamma::new(0.3, 0.3, 1.0).into()]);
+        for facets in facets {
+            let metal = RoughConductor::with_facets(eta, k, facets).compensated();
+            for cos in [1.0, 0.9, 0.5, 0.1] {
+                let albedo = albedo(&metal, cos);
+                assert!((albedo - 1.0).abs() < 1e-4, "{facets:?} at {cos}: {albedo}");
             }
         }
+    }
+
+    #[test]
+    fn absorption_is_compounded_by_more_reflections() {
+        let plain = RoughConductor::from_reflectance(Spectrum::splat(0.5), 1.0, 1.0);
+        let (once, all) = (albedo(&plain, 0.5), albedo(&plain.compensated(), 0.5));
+        // At most what is missing, times F̄², which is above 0.25.
+        assert!(all > once + 0.02 && all < once + 0.2, "{once} {all}");
     }
 }

@@ -1,26 +1,84 @@
 //! A rough interface between two transparent media: microfacets that reflect and refract.
 
 use super::fresnel::{DielectricFresnel, fresnel_dielectric};
-use super::roughness::alphas;
-use super::{Arguments, Bsdf, BsdfModel, BsdfSample, Dielectric, Ggx, Lobes, Misfit, Parameter, TransportMode};
+use super::microfacets::{Distribution, by_distribution, joint_area};
+use super::missing_energy::MissingEnergy;
+use super::quadrature::integrate;
+use super::roughness::{is_compensated, microfacets};
+use super::{
+    Arguments, Beckmann, Bsdf, BsdfModel, BsdfSample, Dielectric, Ggx, Lobes, Microfacets, Misfit, Parameter, Shared,
+    ShiftedGamma, TransportMode,
+};
 use crate::math::{Spectrum, reflect};
 use glam::{Vec2, Vec3};
+use std::f32::consts::PI;
 
-/// Reflection [Walter07, (20)] and refraction [Walter07, (21)] by GGX facets, chosen by Fresnel's equations at the facet.
+/// Reflection [Walter07, (20)] and refraction [Walter07, (21)] by facets, chosen by Fresnel's equations at the facet.
 ///
-/// Visible normals are sampled. G₂ of a reflection is Smith's for correlated heights [Heitz14, (99)]; the two sides of a
-/// refraction are taken as independent, G₁ G₁ [Walter07, (23)]. Light scattered more than once among the facets is lost.
+/// D is any of [`Microfacets`]; visible normals are sampled. G₂ of a reflection is Smith's for correlated heights
+/// [Heitz14, (99)]; the two sides of a refraction are taken as independent, G₁ G₁ [Walter07, (23)]. Light scattered more
+/// than once among the facets is lost, or [compensated](Self::compensated).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughDielectric {
     eta: f32,
-    ggx: Ggx,
+    facets: Microfacets,
+    echo: Option<Echo>,
+}
+
+/// The lobes of light that is scattered more than once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Echo {
+    outside: Beyond,
+    inside: Beyond,
+}
+
+/// What is known of the light that comes from one side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Beyond {
+    missing: Shared<MissingEnergy>,
+    /// The share of what is missing that is transmitted.
+    transmitted: f32,
 }
 
 impl RoughDielectric {
-    /// An interface whose inside (z < 0) has the index `eta` > 0 relative to the outside, with roughness α_x along x, α_y
+    /// An interface whose inside (z < 0) has the index `eta` > 0 relative to the outside, with GGX roughness α_x along x, α_y
     /// along y, at least [`Ggx::MIN_ALPHA`]. With `eta` = 1 there is nothing to see: light passes straight on.
     pub fn new(eta: f32, alpha_x: f32, alpha_y: f32) -> Self {
-        Self { eta, ggx: Ggx::new(alpha_x, alpha_y) }
+        Self::with_facets(eta, Ggx::new(alpha_x, alpha_y).into())
+    }
+
+    /// The same with any distribution of normals.
+    pub fn with_facets(eta: f32, facets: Microfacets) -> Self {
+        Self { eta, facets, echo: None }
+    }
+
+    /// The same interface, isotropic, with further lobes in place of light that is scattered more than once, so that no light
+    /// is lost `[Kulla17]`.
+    ///
+    /// With m(μ) the share that single scattering loses of light at the cosine μ, m̄ its mean and primes for the other side,
+    /// the lobes are (1 − t) m(μ_o) m(μ_i) / (π m̄) in reflection and t m(μ_o) m'(μ_i) / (π m̄') in transmission. They are
+    /// reciprocal if t m̄ = η² t' m̄' from the outside to the inside. Of the solutions this takes
+    /// t = T̄ min(m̄, m̄') / m̄ with the share T̄ of diffuse light that a smooth interface transmits, for which T̄ = η² T̄'. The
+    /// choice of t is ours: the source has another, which differs where m̄ and m̄' do.
+    #[must_use]
+    pub fn compensated(self) -> Self {
+        if self.eta == 1.0 {
+            return self;
+        }
+        let outside = MissingEnergy::of_interfaces(&self.facets, self.eta);
+        let inside = MissingEnergy::of_interfaces(&self.facets, 1.0 / self.eta);
+        // By the thinner side, on which nothing is reflected totally.
+        let eta2 = self.eta * self.eta;
+        let index = self.eta.max(1.0 / self.eta);
+        let diffuse = |cos: f64| 2.0 * cos * f64::from(fresnel_dielectric(cos as f32, index).transmitted);
+        let thin = integrate(0.0, 1.0, 16, diffuse) as f32;
+        let from_outside = if self.eta > 1.0 { thin } else { thin * eta2 };
+        let exchanged = from_outside * outside.average().min(inside.average());
+        let side = |missing: Shared<MissingEnergy>, scale: f32| Beyond {
+            missing,
+            transmitted: exchanged / (scale * missing.average()),
+        };
+        Self { echo: Some(Echo { outside: side(outside, 1.0), inside: side(inside, eta2) }), ..self }
     }
 
     /// The index on the far side of the interface relative to that on the side of `wo`.
@@ -29,20 +87,43 @@ impl RoughDielectric {
         if wo.z > 0.0 { self.eta } else { 1.0 / self.eta }
     }
 
+    /// What is known of the light that comes from the side of `wo`, and from the other side.
+    #[inline]
+    fn echo_from(&self, wo: Vec3) -> Option<(&Beyond, &Beyond)> {
+        let Echo { outside, inside } = self.echo.as_ref()?;
+        Some(if wo.z > 0.0 { (outside, inside) } else { (inside, outside) })
+    }
+
     #[inline]
     fn value_and_density(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> Option<(f32, f32, Lobes)> {
         if wo.z == 0.0 || wi.z == 0.0 || self.eta == 1.0 {
             return None;
         }
         let eta = self.relative_index(wo);
+        let echo = self.echo_from(wo);
         // The surface is its own mirror image: put wo above it.
         let side = 1.0_f32.copysign(wo.z);
         let (wo, wi) = (wo.with_z(wo.z.abs()), wi.with_z(wi.z * side));
-        if wi.z > 0.0 { self.reflection(wo, wi, eta) } else { self.refraction(wo, wi, eta, mode) }
+        let is_reflected = wi.z > 0.0;
+        let once = by_distribution!(&self.facets, facets => if is_reflected {
+            self.reflection(facets, wo, wi, eta)
+        } else {
+            self.refraction(facets, wo, wi, eta, mode)
+        });
+        let Some((here, there)) = echo else { return once };
+        let (lobe, table, share, scale) = if is_reflected {
+            (Lobes::GLOSSY_REFLECTION, here.missing, 1.0 - here.transmitted, 1.0)
+        } else {
+            (Lobes::GLOSSY_TRANSMISSION, there.missing, here.transmitted, mode.transmission_scale(eta))
+        };
+        let (missing, cos_i) = (here.missing.at(wo.z), wi.z.abs());
+        let (f, pdf) = once.map_or((0.0, 0.0), |(f, pdf, _)| (f, pdf));
+        let more = share * scale * missing * table.at(cos_i) / (PI * table.average());
+        Some((f + more, pdf + missing * (share * table.pdf(cos_i) - pdf), lobe))
     }
 
     #[inline]
-    fn reflection(&self, wo: Vec3, wi: Vec3, eta: f32) -> Option<(f32, f32, Lobes)> {
+    fn reflection(&self, facets: &impl Distribution, wo: Vec3, wi: Vec3, eta: f32) -> Option<(f32, f32, Lobes)> {
         let sum = wo + wi;
         let length2 = sum.length_squared();
         if length2 == 0.0 {
@@ -50,16 +131,23 @@ impl RoughDielectric {
         }
         let length = length2.sqrt();
         let m = sum / length;
-        let (span_o, span_i) = (self.ggx.span(wo), self.ggx.span(wi));
         // The directions are unit, so wo·m = wi·m = |wo + wi| / 2, which does not cancel at grazing angles.
-        let fd = fresnel_dielectric(0.5 * length, eta).reflected * self.ggx.d(m);
-        let f = 0.5 * fd / (span_o * wi.z + span_i * wo.z);
-        let pdf = 0.25 * fd * Ggx::g1_over_cos(wo.z, span_o);
-        Some((f, pdf, Lobes::GLOSSY_REFLECTION))
+        let o_m = 0.5 * length;
+        let (area_o, area_i) = (facets.area(wo), facets.area(wi));
+        let fd = 0.25 * fresnel_dielectric(o_m, eta).reflected * facets.d(m);
+        let f = fd / joint_area(wo.z, area_o, wi.z, area_i);
+        Some((f, fd / facets.sampled_area(wo, area_o, o_m, m), Lobes::GLOSSY_REFLECTION))
     }
 
     #[inline]
-    fn refraction(&self, wo: Vec3, wi: Vec3, eta: f32, mode: TransportMode) -> Option<(f32, f32, Lobes)> {
+    fn refraction(
+        &self,
+        facets: &impl Distribution,
+        wo: Vec3,
+        wi: Vec3,
+        eta: f32,
+        mode: TransportMode,
+    ) -> Option<(f32, f32, Lobes)> {
         // The facet's normal is along ±h, h = wo + η wi, taken so that wo and −wi almost cancel without loss.
         let h = (wo + wi) + (eta - 1.0) * wi;
         let length2 = h.length_squared();
@@ -71,34 +159,110 @@ impl RoughDielectric {
         if o_m <= 0.0 || i_m <= 0.0 {
             return None;
         }
-        let (cos_i, span_o, span_i) = (-wi.z, self.ggx.span(wo), self.ggx.span(wi));
+        let (area_o, area_i) = (facets.area(wo), facets.area(wi));
         // F is the same from both sides, but only from the thinner medium it keeps its digits near the critical angle.
         let (thin, index) = if eta > 1.0 { (o_m, eta) } else { (i_m, 1.0 / eta) };
         let transmitted = fresnel_dielectric(thin, index).transmitted;
         // dm/dwi = η² |wi·m| / |h|² [Walter07, (17)].
-        let common = transmitted * self.ggx.d(m) * o_m * i_m * Ggx::g1_over_cos(wo.z, span_o) * (eta * eta / length2);
-        let f = common * Ggx::g1_over_cos(cos_i, span_i) * mode.transmission_scale(eta);
-        Some((f, common, Lobes::GLOSSY_TRANSMISSION))
+        let common = transmitted * facets.d(m) * o_m * i_m * (eta * eta / length2);
+        let f = common / (area_o * area_i) * mode.transmission_scale(eta);
+        Some((f, common / facets.sampled_area(wo, area_o, o_m, m), Lobes::GLOSSY_TRANSMISSION))
+    }
+
+    /// A sample of light that is scattered once, for `wo` above the surface.
+    #[inline]
+    fn sample_once(
+        &self,
+        facets: &impl Distribution,
+        wo: Vec3,
+        eta: f32,
+        uc: f32,
+        u: Vec2,
+        mode: TransportMode,
+    ) -> Option<BsdfSample> {
+        let (m, uc) = facets.sample(wo, uc, u);
+        let o_m = wo.dot(m);
+        if o_m <= 0.0 {
+            return None;
+        }
+        let DielectricFresnel { reflected, transmitted, cos_t: i_m } = fresnel_dielectric(o_m, eta);
+        let area_o = facets.area(wo);
+        let sampled = facets.sampled_area(wo, area_o, o_m, m);
+        let visible = facets.d(m) / sampled;
+        if uc < reflected || transmitted == 0.0 {
+            let wi = reflect(wo, m);
+            if wi.z <= 0.0 {
+                return None;
+            }
+            let pdf = 0.25 * reflected * visible;
+            let shadowing = wi.z * sampled / joint_area(wo.z, area_o, wi.z, facets.area(wi));
+            let weight = Spectrum::splat(shadowing);
+            return Some(BsdfSample { wi, weight, pdf, lobe: Lobes::GLOSSY_REFLECTION, eta: 1.0 });
+        }
+        let wi = (o_m / eta - i_m) * m - wo / eta;
+        if wi.z >= 0.0 {
+            return None;
+        }
+        // |h| = |wo·m − η |wi·m||, which by Snell's law is |η² − 1| / (wo·m + η |wi·m|).
+        let length = (eta - 1.0) * (eta + 1.0) / (o_m + eta * i_m);
+        let pdf = transmitted * visible * o_m * i_m * (eta * eta / (length * length));
+        let shadowing = -wi.z * sampled / (area_o * facets.area(wi));
+        let weight = Spectrum::splat(shadowing * mode.transmission_scale(eta));
+        Some(BsdfSample { wi, weight, pdf, lobe: Lobes::GLOSSY_TRANSMISSION, eta })
+    }
+
+    /// A sample of light that is scattered once, or more than once, for `wo` on either side.
+    #[inline]
+    fn sample_any(&self, wo: Vec3, uc: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
+        let eta = self.relative_index(wo);
+        let above = wo.with_z(wo.z.abs());
+        let back = |wi: Vec3| wi.with_z(wi.z * 1.0_f32.copysign(wo.z));
+        let Some((here, there)) = self.echo_from(wo) else {
+            let once = by_distribution!(&self.facets, facets => self.sample_once(facets, above, eta, uc, u, mode))?;
+            return Some(BsdfSample { wi: back(once.wi), ..once });
+        };
+        let missing = here.missing.at(above.z);
+        let wi = if uc < missing * here.transmitted {
+            -there.missing.sample(u)
+        } else if uc < missing {
+            here.missing.sample(u)
+        } else {
+            let uc = (uc - missing) / (1.0 - missing);
+            by_distribution!(&self.facets, facets => self.sample_once(facets, above, eta, uc, u, mode))?.wi
+        };
+        let wi = back(wi);
+        let (f, pdf, lobe) = self.value_and_density(wo, wi, mode)?;
+        let eta = if Lobes::TRANSMISSION.contains(lobe) { eta } else { 1.0 };
+        Some(BsdfSample { wi, weight: Spectrum::splat(f * (wi.z.abs() / pdf)), pdf, lobe, eta })
     }
 }
 
 impl BsdfModel for RoughDielectric {
     const NAME: &'static str = "rough_dielectric";
     const ABOUT: &'static str = "a rough interface between two transparent media, such as ground glass";
-    const PARAMETERS: &'static [Parameter] =
-        &[Parameter::INDEX, Parameter::ROUGHNESS, Parameter::ALPHA, Parameter::ALPHA_X, Parameter::ALPHA_Y];
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter::INDEX,
+        Parameter::DISTRIBUTION,
+        Parameter::GAMMA,
+        Parameter::ROUGHNESS,
+        Parameter::ALPHA,
+        Parameter::ALPHA_X,
+        Parameter::ALPHA_Y,
+        Parameter::MULTIPLE_SCATTERING,
+    ];
 
     fn from_arguments(arguments: &Arguments) -> Result<Bsdf, Misfit> {
-        let [eta, roughness, alpha, alpha_x, alpha_y] = arguments.all();
+        let [eta, distribution, gamma, roughness, alpha, alpha_x, alpha_y, multiple] = arguments.all();
         let eta = eta.number();
-        Ok(match alphas([roughness, alpha, alpha_x, alpha_y])? {
-            Some((x, y)) => Self::new(eta, x, y).into(),
-            None => Dielectric { eta }.into(),
-        })
+        let Some(facets) = microfacets([distribution, gamma, roughness, alpha, alpha_x, alpha_y])? else {
+            return Ok(Dielectric { eta }.into());
+        };
+        let single = Self::with_facets(eta, facets);
+        Ok(if is_compensated(multiple, &facets)? { single.compensated() } else { single }.into())
     }
 
     fn is_anisotropic(&self) -> bool {
-        self.ggx.is_anisotropic()
+        self.facets.is_anisotropic()
     }
 
     #[inline]
@@ -127,37 +291,7 @@ impl BsdfModel for RoughDielectric {
         if wo.z == 0.0 {
             return None;
         }
-        let eta = self.relative_index(wo);
-        let above = wo.with_z(wo.z.abs());
-        let m = self.ggx.sample_visible(above, u);
-        let o_m = above.dot(m);
-        if o_m <= 0.0 {
-            return None;
-        }
-        let DielectricFresnel { reflected, transmitted, cos_t: i_m } = fresnel_dielectric(o_m, eta);
-        let span_o = self.ggx.span(above);
-        let visible = self.ggx.visible_over_cos(above.z, span_o, m);
-        let back = |wi: Vec3| wi.with_z(wi.z * 1.0_f32.copysign(wo.z));
-        if uc < reflected {
-            let wi = reflect(above, m);
-            if wi.z <= 0.0 {
-                return None;
-            }
-            let pdf = 0.25 * reflected * visible;
-            let shadowing = wi.z * (above.z + span_o) / (span_o * wi.z + self.ggx.span(wi) * above.z);
-            let weight = Spectrum::splat(shadowing);
-            return Some(BsdfSample { wi: back(wi), weight, pdf, lobe: Lobes::GLOSSY_REFLECTION, eta: 1.0 });
-        }
-        let wi = (o_m / eta - i_m) * m - above / eta;
-        if wi.z >= 0.0 {
-            return None;
-        }
-        // |h| = |wo·m − η |wi·m||, which by Snell's law is |η² − 1| / (wo·m + η |wi·m|).
-        let length = (eta - 1.0) * (eta + 1.0) / (o_m + eta * i_m);
-        let pdf = transmitted * visible * o_m * i_m * (eta * eta / (length * length));
-        let shadowing = -wi.z * Ggx::g1_over_cos(-wi.z, self.ggx.span(wi));
-        let weight = Spectrum::splat(shadowing * mode.transmission_scale(eta));
-        Some(BsdfSample { wi: back(wi), weight, pdf, lobe: Lobes::GLOSSY_TRANSMISSION, eta })
+        self.sample_any(wo, uc, u, mode)
     }
 
     #[inline]
@@ -182,7 +316,47 @@ impl BsdfModel for RoughDielectric {
             Self::new(1.5, 0.01, 0.01),
             Self::new(1.5, Ggx::MIN_ALPHA, Ggx::MIN_ALPHA),
             Self::new(1.01, 0.3, 0.3),
+            Self::with_facets(1.5, Beckmann::new(0.3, 0.6).into()),
+            Self::with_facets(1.5, ShiftedGamma::new(0.2, 0.2, 1.0).into()),
+            Self::new(1.5, 1.0, 1.0).compensated(),
+            Self::new(1.0 / 2.4, 0.3, 0.3).compensated(),
             Self::new(1.0, 0.3, 0.3),
         ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{vec2, vec3};
+
+    /// ∫ f* |cos| dwi as the mean weight of samples from a grid.
+    fn albedo(glass: &RoughDielectric, cos: f32) -> f64 {
+        const SIDE: usize = 512;
+        let wo = vec3((1.0 - cos * cos).sqrt(), 0.0, cos);
+        let weight = |i: usize| {
+            let u = (vec2((i % SIDE) as f32, (i / SIDE) as f32) + 0.5) / SIDE as f32;
+            let uc = (i as f64 * 0.618_033_988_749_895).fract() as f32;
+            let sample = glass.sample(wo, uc, u, TransportMode::Importance);
+            sample.map_or(0.0, |sample| f64::from(sample.weight.max_component()))
+        };
+        (0..SIDE * SIDE).map(weight).sum::<f64>() / (SIDE * SIDE) as f64
+    }
+
+    #[test]
+    fn compensated_facets_lose_nothing() {
+        for eta in [1.5, 1.0 / 1.5, 2.4] {
+            for alpha in [0.3, 1.0] {
+                let glass = RoughDielectric::new(eta, alpha, alpha).compensated();
+                for cos in [1.0, 0.8, 0.5, 0.1, -0.9, -0.4, -0.1] {
+                    let albedo = albedo(&glass, cos);
+                    assert!((albedo - 1.0).abs() < 2e-4, "{eta} {alpha} at {cos}: {albedo}");
+                }
+                let Some(Echo { outside, inside }) = glass.echo else { panic!("it is compensated") };
+                for side in [outside, inside] {
+                    assert!((0.0..=1.0).contains(&side.transmitted), "{eta} {alpha}: {side:?}");
+                }
+            }
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! The roughness of microfacet models, as scene files give it.
 
-use super::{Argument, Ggx, Misfit, Parameter, Preset};
+use super::{Argument, Beckmann, Ggx, Microfacets, Misfit, Parameter, Preset, ShiftedGamma};
 
 impl Parameter {
     /// Perceptual roughness.
@@ -13,6 +13,22 @@ impl Parameter {
     pub const ALPHA_X: Self = Self::number("alpha_x", "α along the tangent", 0.0, 1.0, Preset::Absent);
     /// The same along y.
     pub const ALPHA_Y: Self = Self::number("alpha_y", "α across the tangent", 0.0, 1.0, Preset::Absent);
+    /// The kind of distribution of normals.
+    pub const DISTRIBUTION: Self = Self::choice("distribution", "distribution of normals", &["ggx", "beckmann", "sgd"]);
+    /// The tail of the shifted-gamma distribution.
+    pub const GAMMA: Self = Self::number(
+        "gamma",
+        "fall-off γ of the distribution `sgd`, 1 when nothing is said of it",
+        0.0,
+        4.0,
+        Preset::Absent,
+    );
+    /// What becomes of light that facets scatter to one another.
+    pub const MULTIPLE_SCATTERING: Self = Self::choice(
+        "multiple_scattering",
+        "what becomes of light that facets scatter to one another",
+        &["lost", "compensated"],
+    );
 }
 
 /// α when nothing is said of it.
@@ -47,4 +63,42 @@ pub fn alphas([roughness, alpha, alpha_x, alpha_y]: [Argument; 4]) -> Result<Opt
         return Err(Misfit::new(name, format!("give at least {least}, or 0 for a surface that is smooth all round")));
     }
     Ok(Some((x, y)))
+}
+
+/// The distribution from [`Parameter::DISTRIBUTION`], [`Parameter::GAMMA`] and the arguments of [`alphas`]; `None` where the
+/// surface is smooth.
+///
+/// # Errors
+///
+/// Those of [`alphas`], a width that is too small for the distribution, and a γ for one that has none.
+pub fn microfacets([distribution, gamma, a, b, c, d]: [Argument; 6]) -> Result<Option<Microfacets>, Misfit> {
+    let (distribution, gamma) = (distribution.choice(), gamma.given_number());
+    if gamma.is_some() && distribution != 2 {
+        return Err(Misfit::new("gamma", "leave it out, or give `distribution = \"sgd\"`, which alone has it"));
+    }
+    let Some((x, y)) = alphas([a, b, c, d])? else { return Ok(None) };
+    let least = [Ggx::MIN_ALPHA, Beckmann::MIN_ALPHA, ShiftedGamma::MIN_ALPHA][distribution];
+    if x.min(y) < least {
+        let mend = format!("give an α of at least {least} with this distribution, or 0 for a surface that is smooth");
+        return Err(Misfit::new("distribution", mend));
+    }
+    Ok(Some(match distribution {
+        0 => Ggx::new(x, y).into(),
+        1 => Beckmann::new(x, y).into(),
+        _ => ShiftedGamma::new(x, y, gamma.unwrap_or(1.0)).into(),
+    }))
+}
+
+/// Whether [`Parameter::MULTIPLE_SCATTERING`] is to be compensated.
+///
+/// # Errors
+///
+/// It is, of anisotropic facets.
+pub fn is_compensated(multiple_scattering: Argument, facets: &Microfacets) -> Result<bool, Misfit> {
+    let compensated = multiple_scattering.choice() == 1;
+    if compensated && facets.is_anisotropic() {
+        let mend = "it is compensated for one roughness all round: give `alpha` alone, or let it be \"lost\"";
+        return Err(Misfit::new("multiple_scattering", mend));
+    }
+    Ok(compensated)
 }

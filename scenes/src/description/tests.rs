@@ -97,8 +97,8 @@ fn parameters_vary_where_ramps_give_them() {
 #[test]
 fn roughness_0_is_the_smooth_model() {
     let cases = [
-        ("type = \"rough_conductor\"\nreflectance = 0.9\nroughness = 0", "Mirror"),
-        ("type = \"rough_conductor\"\neta = 0.2\nk = 3.9\nalpha = 0", "Mirror"),
+        ("type = \"rough_conductor\"\nreflectance = 0.9\nroughness = 0", "Conductor"),
+        ("type = \"rough_conductor\"\neta = 0.2\nk = 3.9\nalpha = 0", "Conductor"),
         ("type = \"rough_dielectric\"\neta = 1.5\nalpha = 0", "Dielectric"),
     ];
     for (material, expected) in cases {
