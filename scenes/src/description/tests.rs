@@ -229,7 +229,7 @@ fn roughness_has_its_bounds() {
     );
     expect(
         &rough("alpha = 0.1\neta = 2"),
-        "6: `materials.white.reflectance` is `1`; give either `reflectance`, or both `eta` and `k`",
+        "6: `materials.white.reflectance` is `1`; give either `reflectance`, or `metal`, or both `eta` and `k`",
     );
 }
 
