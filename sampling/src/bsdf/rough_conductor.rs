@@ -276,7 +276,8 @@ mod tests {
     fn compensated_facets_lose_nothing() {
         let (eta, k) = index_of_reflectance(Spectrum::ONE);
         let mut facets: Vec<Microfacets> = [0.1, 0.5, 1.0].map(|alpha| Ggx::new(alpha, alpha).into()).to_vec();
-        facets.extend([Beckmann::new(0.5, 0.5).into(), ShiftedGamma::new(0.3, 0.3, 1.0).into()]);
+        facets.push(Beckmann::new(0.5, 0.5).into());
+        facets.push(ShiftedGamma::new(0.3, 0.3, 1.0).into());
         for facets in facets {
             let metal = RoughConductor::with_facets(eta, k, facets).compensated();
             for cos in [1.0, 0.9, 0.5, 0.1] {
