@@ -20,7 +20,7 @@ use std::f32::consts::PI;
 /// f_s = F(wo·m) D(m) G₂(wo, wi) / (4 |cos θ_o| |cos θ_i|) with the half vector m [Walter07, (20)].
 ///
 /// D is any of [`Microfacets`], G₂ is Smith's for correlated heights [Heitz14, (99)], F exact for the complex index. Visible
-/// normals are sampled. Light scattered more than once among the facets is lost, at α = 1 seven tenths of it (GGX at normal
+/// normals are sampled, or nearly so ([`ShiftedGamma`]). Light scattered more than once among the facets is lost, at α = 1 seven tenths of it (GGX at normal
 /// incidence: ln 2), or [compensated](Self::compensated).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughConductor {

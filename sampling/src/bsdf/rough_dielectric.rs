@@ -18,7 +18,7 @@ use std::f32::consts::PI;
 
 /// Reflection [Walter07, (20)] and refraction [Walter07, (21)] by facets, chosen by Fresnel's equations at the facet.
 ///
-/// D is any of [`Microfacets`]; visible normals are sampled. G₂ of a reflection is Smith's for correlated heights
+/// D is any of [`Microfacets`]; visible normals are sampled, or nearly so ([`ShiftedGamma`]). G₂ of a reflection is Smith's for correlated heights
 /// [Heitz14, (99)]; the two sides of a refraction are taken as independent, G₁ G₁ [Walter07, (23)]. Light scattered more
 /// than once among the facets is lost, or [compensated](Self::compensated).
 #[derive(Clone, Copy, Debug, PartialEq)]
