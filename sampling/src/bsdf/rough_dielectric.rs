@@ -1,4 +1,7 @@
 //! A rough interface between two transparent media: microfacets that reflect and refract.
+//!
+//! What is on the way of every sample is always inlined: left to itself, the compiler passes samples through memory, which
+//! costs up to a quarter of the time.
 
 use super::fresnel::{DielectricFresnel, fresnel_dielectric};
 use super::microfacets::{Distribution, by_distribution, joint_area};
@@ -15,7 +18,7 @@ use std::f32::consts::PI;
 
 /// Reflection [Walter07, (20)] and refraction [Walter07, (21)] by facets, chosen by Fresnel's equations at the facet.
 ///
-/// D is any of [`Microfacets`]; visible normals are sampled. G₂ of a reflection is Smith's for correlated heights
+/// D is any of [`Microfacets`]; visible normals are sampled, or nearly so ([`ShiftedGamma`]). G₂ of a reflection is Smith's for correlated heights
 /// [Heitz14, (99)]; the two sides of a refraction are taken as independent, G₁ G₁ [Walter07, (23)]. Light scattered more
 /// than once among the facets is lost, or [compensated](Self::compensated).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,7 +97,7 @@ impl RoughDielectric {
         Some(if wo.z > 0.0 { (outside, inside) } else { (inside, outside) })
     }
 
-    #[inline]
+    #[inline(always)]
     fn value_and_density(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> Option<(f32, f32, Lobes)> {
         if wo.z == 0.0 || wi.z == 0.0 || self.eta == 1.0 {
             return None;
@@ -122,7 +125,7 @@ impl RoughDielectric {
         Some((f + more, pdf + missing * (share * table.pdf(cos_i) - pdf), lobe))
     }
 
-    #[inline]
+    #[inline(always)]
     fn reflection(&self, facets: &impl Distribution, wo: Vec3, wi: Vec3, eta: f32) -> Option<(f32, f32, Lobes)> {
         let sum = wo + wi;
         let length2 = sum.length_squared();
@@ -139,7 +142,7 @@ impl RoughDielectric {
         Some((f, fd / facets.sampled_area(wo, area_o, o_m, m), Lobes::GLOSSY_REFLECTION))
     }
 
-    #[inline]
+    #[inline(always)]
     fn refraction(
         &self,
         facets: &impl Distribution,
@@ -170,7 +173,7 @@ impl RoughDielectric {
     }
 
     /// A sample of light that is scattered once, for `wo` above the surface.
-    #[inline]
+    #[inline(always)]
     fn sample_once(
         &self,
         facets: &impl Distribution,
@@ -212,7 +215,7 @@ impl RoughDielectric {
     }
 
     /// A sample of light that is scattered once, or more than once, for `wo` on either side.
-    #[inline]
+    #[inline(always)]
     fn sample_any(&self, wo: Vec3, uc: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         let eta = self.relative_index(wo);
         let above = wo.with_z(wo.z.abs());
