@@ -31,6 +31,10 @@
 //!
 //! The keys by which all crates of neumann cite: `[Key]`, or `[Key, equation or section]`.
 //!
+//! - `[Ashikhmin00]` M. Ashikhmin, P. Shirley: *An anisotropic Phong BRDF model*, Journal of Graphics Tools 5(2), 2000.
+//! - `[Burley12]` B. Burley: *Physically-based shading at Disney*, SIGGRAPH 2012 course notes.
+//! - `[Burley15]` B. Burley: *Extending the Disney BRDF to a BSDF with integrated subsurface scattering*,
+//!   SIGGRAPH 2015 course notes.
 //! - `[Dutre93]` P. Dutré, E. P. Lafortune, Y. D. Willems: *Monte Carlo light tracing with direct computation of pixel
 //!   intensities*, Compugraphics 1993.
 //! - `[Chan83]` T. F. Chan, G. H. Golub, R. J. LeVeque: *Algorithms for computing the sample variance*,
@@ -46,10 +50,12 @@
 //! - `[Kajiya86]` J. T. Kajiya: *The rendering equation*, SIGGRAPH 1986.
 //! - `[Kensler13]` A. Kensler: *Correlated multi-jittered sampling*, Pixar technical memo 13-01, 2013.
 //! - `[Lafortune93]` E. P. Lafortune, Y. D. Willems: *Bi-directional path tracing*, Compugraphics 1993.
+//! - `[Matusik03]` W. Matusik et al.: *A data-driven reflectance model*, SIGGRAPH 2003.
 //! - `[Moeller97]` T. Möller, B. Trumbore: *Fast, minimum storage ray/triangle intersection*, JGT 2(1), 1997.
 //! - `[ONeill14]` M. E. O'Neill: *PCG: a family of simple fast space-efficient statistically good algorithms for
 //!   random number generation*, HMC-CS-2014-0905, 2014.
 //! - `[PBRT4]` M. Pharr, W. Jakob, G. Humphreys: *Physically Based Rendering*, 4th edition, 2023.
+//! - `[Rusinkiewicz98]` S. M. Rusinkiewicz: *A new change of variables for efficient BRDF representation*, EGSR 1998.
 //! - `[Shirley97]` P. Shirley, K. Chiu: *A low distortion map between disk and square*, JGT 2(3), 1997.
 //! - `[Steele14]` G. L. Steele, D. Lea, C. H. Flood: *Fast splittable pseudorandom number generators*, OOPSLA 2014.
 //! - `[Trowbridge75]` T. S. Trowbridge, K. P. Reitz: *Average irregularity representation of a rough surface for ray
@@ -57,6 +63,8 @@
 //! - `[Veach97]` E. Veach: *Robust Monte Carlo methods for light transport simulation*, PhD thesis, Stanford, 1997.
 //! - `[Vose91]` M. D. Vose: *A linear algorithm for generating random numbers with a given distribution*,
 //!   IEEE Transactions on Software Engineering 17(9), 1991.
+//! - `[Walsh26]` J. W. T. Walsh: *The reflection factor of a polished glass surface for diffused light*, Department of
+//!   Scientific and Industrial Research, Illumination Research Technical Paper 2, 1926.
 //! - `[Walter07]` B. Walter et al.: *Microfacet models for refraction through rough surfaces*, EGSR 2007.
 //! - `[Welford62]` B. P. Welford: *Note on a method for calculating corrected sums of squares and products*,
 //!   Technometrics 4(3), 1962.

@@ -23,6 +23,12 @@ impl RoughDielectric {
         Self { eta, ggx: Ggx::new(alpha_x, alpha_y) }
     }
 
+    /// [`new`](Self::new) with this distribution of normals.
+    #[inline]
+    pub(super) fn with_ggx(eta: f32, ggx: Ggx) -> Self {
+        Self { eta, ggx }
+    }
+
     /// The index on the far side of the interface relative to that on the side of `wo`.
     #[inline]
     fn relative_index(&self, wo: Vec3) -> f32 {
