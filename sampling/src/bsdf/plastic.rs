@@ -178,7 +178,7 @@ impl BsdfModel for Plastic {
             Self::new(Spectrum::ONE, 1.5),
             Self::new(Spectrum::ZERO, 1.5),
             Self::new(Spectrum::new(0.9, 0.5, 0.0), 1.0 / 1.33),
-            Self::new(Spectrum::splat(0.8), 10.0),
+            Self::new(Spectrum::splat(0.8), 2.4),
             Self::new(Spectrum::splat(0.8), 1.0),
         ]
     }

@@ -408,28 +408,33 @@ impl BsdfModel for Principled {
     fn examples() -> Vec<Self> {
         let usual = PrincipledSettings { base_color: Spectrum::new(0.63, 0.065, 0.05), ..Default::default() };
         let white = PrincipledSettings { base_color: Spectrum::ONE, ..Default::default() };
+        let violet = Spectrum::new(0.3, 0.1, 0.5);
         vec![
-            Self::new(PrincipledSettings { specular_tint: 0.5, clearcoat: 1.0, ..usual }),
-            Self::new(PrincipledSettings { metallic: 1.0, roughness: 0.4, anisotropic: 0.8, ..usual }),
+            Self::new(PrincipledSettings { specular_tint: 0.5, roughness: 0.7, ..usual }),
+            Self::new(PrincipledSettings { metallic: 1.0, roughness: 0.4, anisotropic: 0.8, clearcoat: 1.0, ..usual }),
+            // The most that is given back.
             Self::new(PrincipledSettings {
                 subsurface: 1.0,
                 roughness: 1.0,
                 sheen: 1.0,
                 clearcoat: 1.0,
+                clearcoat_gloss: 0.0,
                 eta: 2.4,
                 ..white
             }),
-            Self::new(PrincipledSettings { roughness: 0.0, ..white }),
+            Self::new(PrincipledSettings { roughness: 0.0, metallic: 1.0, ..white }),
             Self::new(PrincipledSettings {
-                base_color: Spectrum::ZERO,
+                base_color: violet,
                 sheen: 1.0,
                 sheen_tint: 1.0,
                 metallic: 0.3,
+                roughness: 0.8,
                 ..white
             }),
-            Self::new(PrincipledSettings { spec_trans: 1.0, roughness: 0.3, ..white }),
+            Self::new(PrincipledSettings { base_color: Spectrum::ZERO, roughness: 1.0, ..white }),
             Self::new(PrincipledSettings {
                 spec_trans: 0.5,
+                roughness: 0.6,
                 metallic: 0.2,
                 clearcoat: 0.5,
                 clearcoat_gloss: 0.0,
