@@ -35,10 +35,14 @@
 //! - `[Abramowitz64]` M. Abramowitz, I. A. Stegun: *Handbook of mathematical functions*, National Bureau of Standards, 1964.
 //! - `[Ahmed20]` A. G. M. Ahmed, P. Wonka: *Screen-space blue-noise diffusion of Monte Carlo sampling error via hierarchical
 //!   ordering of pixels*, ACM Transactions on Graphics 39(6), 2020.
+//! - `[Ashikhmin00]` M. Ashikhmin, P. Shirley: *An anisotropic Phong BRDF model*, Journal of Graphics Tools 5(2), 2000.
 //! - `[Bagher12]` M. M. Bagher, C. Soler, N. Holzschuch: *Accurate fitting of measured reflectances using a shifted gamma
 //!   micro-facet distribution*, Computer Graphics Forum 31(4), 2012.
 //! - `[Beckmann63]` P. Beckmann, A. Spizzichino: *The scattering of electromagnetic waves from rough surfaces*,
 //!   Pergamon, 1963.
+//! - `[Burley12]` B. Burley: *Physically-based shading at Disney*, SIGGRAPH 2012 course notes.
+//! - `[Burley15]` B. Burley: *Extending the Disney BRDF to a BSDF with integrated subsurface scattering*,
+//!   SIGGRAPH 2015 course notes.
 //! - `[Burley20]` B. Burley: *Practical hash-based Owen scrambling*, JCGT 9(4), 2020.
 //! - `[Chan83]` T. F. Chan, G. H. Golub, R. J. LeVeque: *Algorithms for computing the sample variance*,
 //!   The American Statistician 37(3), 1983.
@@ -69,6 +73,7 @@
 //!   *Physically based shading in theory and practice*.
 //! - `[Lafortune93]` E. P. Lafortune, Y. D. Willems: *Bi-directional path tracing*, Compugraphics 1993.
 //! - `[Laine11]` S. Laine, T. Karras: *Stratified sampling for stochastic transparency*, EGSR 2011.
+//! - `[Matusik03]` W. Matusik et al.: *A data-driven reflectance model*, SIGGRAPH 2003.
 //! - `[Mitchell88]` D. P. Mitchell, A. N. Netravali: *Reconstruction filters in computer graphics*, SIGGRAPH 1988.
 //! - `[Moeller97]` T. Möller, B. Trumbore: *Fast, minimum storage ray/triangle intersection*, JGT 2(1), 1997.
 //! - `[ONeill14]` M. E. O'Neill: *PCG: a family of simple fast space-efficient statistically good algorithms for
@@ -79,6 +84,7 @@
 //!   aluminum*, Applied Optics 34, 1995.
 //! - `[Rakic98]` A. D. Rakić et al.: *Optical properties of metallic films for vertical-cavity optoelectronic devices*,
 //!   Applied Optics 37, 1998.
+//! - `[Rusinkiewicz98]` S. M. Rusinkiewicz: *A new change of variables for efficient BRDF representation*, EGSR 1998.
 //! - `[Shirley97]` P. Shirley, K. Chiu: *A low distortion map between disk and square*, JGT 2(3), 1997.
 //! - `[Steele14]` G. L. Steele, D. Lea, C. H. Flood: *Fast splittable pseudorandom number generators*, OOPSLA 2014.
 //! - `[Stokes1862]` G. G. Stokes: *On the intensity of the light reflected from or transmitted through a pile of plates*,
@@ -89,6 +95,8 @@
 //! - `[Vegdahl21]` N. Vegdahl: *Building a better LK hash*, psychopath.io, 2021.
 //! - `[Vose91]` M. D. Vose: *A linear algorithm for generating random numbers with a given distribution*,
 //!   IEEE Transactions on Software Engineering 17(9), 1991.
+//! - `[Walsh26]` J. W. T. Walsh: *The reflection factor of a polished glass surface for diffused light*, Department of
+//!   Scientific and Industrial Research, Illumination Research Technical Paper 2, 1926.
 //! - `[Walter07]` B. Walter et al.: *Microfacet models for refraction through rough surfaces*, EGSR 2007.
 //! - `[Weaver75]` J. H. Weaver, C. G. Olson, D. W. Lynch: *Optical properties of crystalline tungsten*, Physical Review B 12,
 //!   1975.

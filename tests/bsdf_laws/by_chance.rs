@@ -1,7 +1,7 @@
 //! Laws that hold in distribution: samples against densities and values.
 
 use super::quadrature::Cells;
-use super::{Draws, KINDS, direction, is_resolved, listed};
+use super::{Draws, direction, is_resolved, listed};
 use sampling::bsdf::{Bsdf, BsdfSample, TransportMode};
 use sampling::moments::Moments;
 use sampling::{Vec2, Vec3};
@@ -42,14 +42,16 @@ impl Trial {
         let pilots = (0..PILOTS).filter_map(|i| sample(pilots.at(case, i)));
         let cells = Cells::by_samples(pilots.filter(|s| !s.lobe.is_delta()).map(|s| s.wi), 6);
         let mut counts = vec![0_u32; cells.len()];
-        let (mut delta, mut pmfs, mut none) = ([0_u32; KINDS.len()], [0.0; KINDS.len()], 0_u32);
+        // Delta lobes with their counts, in the order in which they turn up.
+        let (mut delta, mut none) = (Vec::<(BsdfSample, u32)>::new(), 0_u32);
         let mut weights = Moments::default();
         for i in 0..SAMPLES {
             let smooth_weight = match sample(draws.at(case, i)) {
                 Some(s) if s.lobe.is_delta() => {
-                    let kind = kind_of(&s);
-                    delta[kind] += 1;
-                    pmfs[kind] = f64::from(s.pdf);
+                    match delta.iter_mut().find(|(lobe, _)| *lobe == s) {
+                        Some((_, count)) => *count += 1,
+                        None => delta.push((s, 1)),
+                    }
                     0.0
                 }
                 Some(s) => {
@@ -64,7 +66,7 @@ impl Trial {
             weights.push(smooth_weight);
         }
         let n = f64::from(SAMPLES);
-        let (mut bins, mut density, mut albedo) = (Vec::new(), pmfs.iter().sum(), 0.0);
+        let (mut bins, mut density, mut albedo) = (Vec::new(), 0.0, 0.0);
         for (cell, count) in counts.into_iter().enumerate() {
             let [mass, value] = cells.integrate(cell, TOLERANCE, |wi| {
                 let (f, pdf) = model.eval_pdf(wo, wi, mode);
@@ -74,7 +76,10 @@ impl Trial {
             density += mass;
             albedo += value;
         }
-        bins.extend(delta.iter().zip(pmfs).map(|(&count, pmf)| (f64::from(count), pmf * n)));
+        for (lobe, count) in delta {
+            bins.push((f64::from(count), f64::from(lobe.pdf) * n));
+            density += f64::from(lobe.pdf);
+        }
         bins.push((f64::from(none), (1.0 - density) * n));
         Self { what: format!("{name} {model:?}, wo {wo:?}"), bins, density, weights, albedo }
     }
@@ -116,10 +121,6 @@ impl Trial {
         let z = (self.weights.mean - self.albedo) / error.max(1e-9);
         (z, 2.0 * Normal::standard().sf(z.abs()))
     }
-}
-
-fn kind_of(sample: &BsdfSample) -> usize {
-    KINDS.iter().position(|kind| *kind == sample.lobe).expect("a single lobe")
 }
 
 #[test]

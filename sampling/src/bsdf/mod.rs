@@ -13,15 +13,22 @@ mod fresnel;
 mod ggx;
 mod lambert;
 mod lobes;
+mod merl;
+mod merl_table;
 mod metals;
 mod microfacets;
 mod mirror;
 mod missing_energy;
+mod mix;
 mod null;
 mod parameter;
+mod plastic;
+mod principled;
+mod principled_lobes;
 mod quadrature;
 mod rough_conductor;
 mod rough_dielectric;
+mod rough_plastic;
 mod roughness;
 mod shifted_gamma;
 mod table;
@@ -34,12 +41,18 @@ pub use fresnel::{DielectricFresnel, fresnel_conductor, fresnel_dielectric};
 pub use ggx::Ggx;
 pub use lambert::Lambert;
 pub use lobes::Lobes;
+pub use merl::Merl;
+pub use merl_table::MerlTable;
 pub use microfacets::Microfacets;
 pub use mirror::Mirror;
+pub use mix::Mix;
 pub use null::Null;
 pub use parameter::{Argument, Arguments, Domain, MAX_PARAMETERS, Misfit, Parameter, Preset};
+pub use plastic::Plastic;
+pub use principled::{Principled, PrincipledSettings};
 pub use rough_conductor::RoughConductor;
 pub use rough_dielectric::RoughDielectric;
+pub use rough_plastic::RoughPlastic;
 pub use shifted_gamma::ShiftedGamma;
 pub use table::{Shared, Table, Tables};
 pub use thin_glass::ThinGlass;
@@ -295,4 +308,14 @@ models! {
     RoughConductor,
     /// A rough interface between two transparent media.
     RoughDielectric,
+    /// A smooth clear coat over a diffuse base.
+    Plastic,
+    /// A rough clear coat over a diffuse base.
+    RoughPlastic,
+    /// Disney's principled model.
+    Principled,
+    /// A blend of two models.
+    Mix,
+    /// A measured isotropic reflectance.
+    Merl,
 }

@@ -3,7 +3,7 @@
 //! A table lives as long as the program, and the same content is stored once, however many materials and scenes use it. So a
 //! BSDF is a plain value without a lifetime, and a hit copies no table.
 
-use super::Bsdf;
+use super::{Bsdf, MerlTable};
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::fmt;
@@ -12,7 +12,10 @@ use std::sync::Mutex;
 
 /// Any of the tables that arguments can be.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Table {}
+pub enum Table {
+    /// Of [`Merl`](super::Merl).
+    Merl(Shared<MerlTable>),
+}
 
 /// A table and the hash of what it was made from.
 struct Entry<T> {
