@@ -6,28 +6,52 @@
 //!
 //! Models that reflect are two-sided: they scatter from `wo` to `wi` where both are on one side, whichever it is.
 
+#[cfg(test)]
+mod albedo;
+mod ashikhmin_shirley;
+mod blinn_normals;
+mod blinn_phong;
+mod blinn_torrance;
+mod cook_torrance;
 mod dielectric;
+mod distribution_based;
 mod fresnel;
 mod ggx;
+mod lafortune;
 mod lambert;
 mod lobes;
 mod mirror;
+mod oren_nayar;
 mod parameter;
+mod parts;
+mod phong;
 mod rough_conductor;
 mod rough_dielectric;
 mod roughness;
+mod slopes;
 mod table;
+mod v_cavities;
+mod ward;
 
+pub use ashikhmin_shirley::AshikhminShirley;
+pub use blinn_phong::BlinnPhong;
+pub use blinn_torrance::BlinnTorrance;
+pub use cook_torrance::CookTorrance;
 pub use dielectric::Dielectric;
+pub use distribution_based::{DistributionBased, HalfVectors};
 pub use fresnel::{DielectricFresnel, fresnel_conductor, fresnel_dielectric};
 pub use ggx::Ggx;
+pub use lafortune::Lafortune;
 pub use lambert::Lambert;
 pub use lobes::Lobes;
 pub use mirror::Mirror;
+pub use oren_nayar::{OrenNayar, OrenNayarForm};
 pub use parameter::{Argument, Arguments, Domain, MAX_PARAMETERS, Misfit, Parameter, Preset};
+pub use phong::Phong;
 pub use rough_conductor::RoughConductor;
 pub use rough_dielectric::RoughDielectric;
 pub use table::{Shared, Table, Tables};
+pub use ward::Ward;
 
 use crate::fault;
 use crate::math::Spectrum;
@@ -268,4 +292,22 @@ models! {
     RoughConductor,
     /// A rough interface between two transparent media.
     RoughDielectric,
+    /// Rough diffuse reflection.
+    OrenNayar,
+    /// A cosine lobe about the mirror direction.
+    Phong,
+    /// A cosine lobe about the half vector.
+    BlinnPhong,
+    /// The same with Torrance and Sparrow's geometry and Fresnel's equations.
+    BlinnTorrance,
+    /// Beckmann's facets in V-shaped grooves.
+    CookTorrance,
+    /// Elliptical highlights.
+    Ward,
+    /// An anisotropic cosine lobe over a diffuse base.
+    AshikhminShirley,
+    /// A highlight that the user draws.
+    DistributionBased,
+    /// A generalised cosine lobe.
+    Lafortune,
 }

@@ -3,6 +3,7 @@
 //! A table lives as long as the program, and the same content is stored once, however many materials and scenes use it. So a
 //! BSDF is a plain value without a lifetime, and a hit copies no table.
 
+use super::HalfVectors;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Deref;
@@ -10,7 +11,10 @@ use std::sync::Mutex;
 
 /// Any of the tables that arguments can be.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Table {}
+pub enum Table {
+    /// A density of half vectors.
+    HalfVectors(Shared<HalfVectors>),
+}
 
 /// A table and the hash of what it was made from.
 struct Entry<T> {
