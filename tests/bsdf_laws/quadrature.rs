@@ -65,10 +65,19 @@ impl Cell {
         sum
     }
 
+    fn holds(&self, place: &Angles) -> bool {
+        let within = |(low, high): (f64, f64), x: f64| low <= x && x < high;
+        within(self.theta, place.0) && within(self.phi, place.1)
+    }
+
     /// ∫ g dω, to an absolute error of about `tolerance` in every component, given the value of the rule.
+    ///
+    /// Two rules agree on nothing where both miss a lobe. So a cell is not believed to be smooth while it holds more than one
+    /// of the samples: hidden in a corner, they would count.
     fn refine<const N: usize>(
         &self,
         whole: [f64; N],
+        samples: &[Angles],
         tolerance: f64,
         depth: u32,
         g: &impl Fn(Vec3) -> [f64; N],
@@ -76,10 +85,11 @@ impl Cell {
         let quarters = self.quarters().map(|quarter| (quarter, quarter.rule(g)));
         let sum: [f64; N] = std::array::from_fn(|i| quarters.iter().map(|(_, part)| part[i]).sum());
         let converged = sum.iter().zip(whole).all(|(sum, whole)| (sum - whole).abs() < tolerance);
-        if converged || depth == 0 {
+        let samples: Vec<Angles> = samples.iter().copied().filter(|sample| self.holds(sample)).collect();
+        if (converged && samples.len() <= 1) || depth == 0 {
             return sum;
         }
-        let parts = quarters.map(|(quarter, part)| quarter.refine(part, 0.5 * tolerance, depth - 1, g));
+        let parts = quarters.map(|(quarter, part)| quarter.refine(part, &samples, 0.5 * tolerance, depth - 1, g));
         std::array::from_fn(|i| parts.iter().map(|part| part[i]).sum())
     }
 }
@@ -100,8 +110,7 @@ enum Node {
 
 struct Leaf {
     cell: Cell,
-    /// Where most of its samples are.
-    core: Option<Cell>,
+    samples: Vec<Angles>,
 }
 
 impl Cells {
@@ -118,7 +127,7 @@ impl Cells {
 
     fn split(&mut self, cell: Cell, mut samples: Vec<Angles>, depth: u32) -> Node {
         if depth == 0 || samples.len() < 32 {
-            self.leaves.push(Leaf { cell, core: Cell::around(&samples) });
+            self.leaves.push(Leaf { cell, samples });
             return Node::Leaf(self.leaves.len() - 1);
         }
         let theta_or_phi: fn(&Angles) -> f64 = if depth.is_multiple_of(2) { |s| s.0 } else { |s| s.1 };
@@ -148,8 +157,8 @@ impl Cells {
 
     /// ∫ g dω over a cell, to an absolute error of about `tolerance` in every component.
     pub fn integrate<const N: usize>(&self, index: usize, tolerance: f64, g: impl Fn(Vec3) -> [f64; N]) -> [f64; N] {
-        let Leaf { cell, core } = &self.leaves[index];
-        let core = core.unwrap_or(*cell);
+        let Leaf { cell, samples } = &self.leaves[index];
+        let core = Cell::around(samples).unwrap_or(*cell);
         let (mut thetas, phis) = (cuts(cell.theta, core.theta), cuts(cell.phi, core.phi));
         // Towards the horizon values change on the scale of the cosines.
         let horizon = (0..5).flat_map(|i| [-0.1, 0.1].map(|step| 0.5 * PI + step * 0.25_f64.powi(i)));
@@ -159,7 +168,7 @@ impl Cells {
         for theta in thetas.windows(2) {
             for phi in phis.windows(2) {
                 let part = Cell { theta: (theta[0], theta[1]), phi: (phi[0], phi[1]) };
-                for (sum, value) in sum.iter_mut().zip(part.refine(part.rule(&g), 0.25 * tolerance, 10, &g)) {
+                for (sum, value) in sum.iter_mut().zip(part.refine(part.rule(&g), samples, 0.25 * tolerance, 10, &g)) {
                     *sum += value;
                 }
             }
