@@ -4,7 +4,7 @@ use super::parts::{exp_of_minus, minus_ln_cos};
 use crate::warp::{INV_2PI, power_cosine_hemisphere};
 use glam::{Vec2, Vec3};
 
-/// The density of normals D(m) = (n + 2)/2π cosⁿθ_m [1/sr], with ∫ D(m) cos θ_m dm = 1 [Blinn77].
+/// The density of normals D(m) = (n + 2)/2π cosⁿθ_m [1/sr], with ∫ D(m) cos θ_m dm = 1 `[Blinn77]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlinnNormals {
     n: f32,

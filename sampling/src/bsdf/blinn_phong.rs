@@ -8,7 +8,7 @@ use crate::math::{Spectrum, reflect};
 use crate::warp::INV_PI;
 use glam::{Vec2, Vec3};
 
-/// f_s = kd/π + ks C D(m), with D(m) = (n + 2)/2π cosⁿθ_m for the half vector m [Blinn77].
+/// f_s = kd/π + ks C D(m), with D(m) = (n + 2)/2π cosⁿθ_m for the half vector m `[Blinn77]`.
 ///
 /// D is normalised as a density of facets, ∫ D cos θ dm = 1, and the factor C = (n + 4) / (4 (n + 2^(−n/2))) makes the albedo
 /// at the normal kd + ks: there ∫ cosⁿ(θ/2) cos θ dω = 8π (n + 2^(−n/2)) / ((n + 2)(n + 4)). The albedo is less elsewhere.

@@ -18,7 +18,7 @@ use glam::{Vec2, Vec3};
 ///
 /// The source divides by π where this divides by 4, and prints D = exp(−tan²θ/α²) / (α² cos⁴θ), without the 1/π by which
 /// ∫ D cos θ dm = 1. Taken together the facets reflect four times what meets them (with D normalised and π kept, 4/π times).
-/// The 4 of [Torrance67] has them reflect just that, and then kd + ks ≤ 1, the source's d + s = 1, creates no light.
+/// The 4 of `[Torrance67]` has them reflect just that, and then kd + ks ≤ 1, the source's d + s = 1, creates no light.
 ///
 /// Visible normals are sampled. Light scattered more than once among the facets is lost, and the diffuse part does not know
 /// of the glossy part's Fresnel factor.
