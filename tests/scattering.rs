@@ -9,7 +9,7 @@ use crate::support::{ALL, Budget, COLUMNS, Family, GAUSS, Truth, camera, grey, p
 use glam::{DVec3, dvec3};
 use sampling::bsdf::{Bsdf, Dielectric, Lobes, TransportMode};
 use sampling::math::Spectrum;
-use sampling::{Vec3, vec3};
+use sampling::{Vec3, vec2, vec3};
 use scenes::{Scene, SceneBuilder, Skip};
 
 /// The quadrature's relative error, at most.
@@ -102,12 +102,26 @@ fn resolved(bsdf: &Bsdf, max_order: usize) -> Option<Glowing<'_>> {
             let (coarse, fine) = (coarse.towards(*wo), fine.towards(*wo));
             coarse.iter().zip(&fine).all(|(a, b)| (a - b).abs() <= PRECISION * b)
         };
-        if directions.iter().all(close) {
+        if directions.iter().all(|wo| is_finer_than_lobes(bsdf, *wo, *level) && close(wo)) {
             return Some(fine);
         }
         coarse = fine;
     }
     None
+}
+
+/// Whether most samples have a density that the nodes of a quadrature can see: a lobe that falls between all nodes changes
+/// nothing when they are doubled.
+fn is_finer_than_lobes(bsdf: &Bsdf, wo: Vec3, (panels, azimuths): (usize, usize)) -> bool {
+    const SIDE: usize = 16;
+    let solid_angle = std::f32::consts::TAU / (5 * panels * azimuths) as f32;
+    let sample = |i: usize| {
+        let u = (vec2((i % SIDE) as f32, (i / SIDE) as f32) + 0.5) / SIDE as f32;
+        let uc = (i as f32 * 0.618_034).fract();
+        bsdf.sample(wo, uc, u, TransportMode::Radiance)
+    };
+    let narrow = (0..SIDE * SIDE).filter_map(sample).filter(|s| s.pdf * solid_angle > 0.5).count();
+    narrow * 20 < SIDE * SIDE
 }
 
 /// Whether turning both directions about the normal changes nothing.

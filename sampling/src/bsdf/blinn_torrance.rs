@@ -104,6 +104,7 @@ impl BsdfModel for BlinnTorrance {
         let (half, glass) = (Spectrum::splat(0.5), Spectrum::splat(1.5));
         vec![
             Self::new(half, half, glass, Spectrum::ZERO, 200.0),
+            Self::new(half, half, glass, Spectrum::ZERO, 2.0),
             Self::new(Spectrum::ZERO, Spectrum::ONE, copper.0, copper.1, 20.0),
             Self::new(Spectrum::ZERO, Spectrum::ONE, Spectrum::ONE, Spectrum::splat(1e3), 0.0),
             Self::new(Spectrum::ZERO, Spectrum::ONE, copper.0, copper.1, 1e6),

@@ -117,6 +117,7 @@ impl BsdfModel for CookTorrance {
         let (half, glass) = (Spectrum::splat(0.5), Spectrum::splat(1.5));
         vec![
             Self::new(half, half, glass, Spectrum::ZERO, 0.15),
+            Self::new(half, half, glass, Spectrum::ZERO, 0.8),
             Self::new(Spectrum::ZERO, Spectrum::ONE, copper.0, copper.1, 0.3),
             Self::new(Spectrum::ZERO, Spectrum::ONE, Spectrum::ONE, Spectrum::splat(1e3), 1.0),
             Self::new(Spectrum::ZERO, Spectrum::ONE, copper.0, copper.1, 1e-4),
