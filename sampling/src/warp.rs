@@ -74,6 +74,25 @@ pub fn cosine_hemisphere_pdf(cos: f32) -> f32 {
     cos.max(0.0) * INV_PI
 }
 
+/// A direction of the upper hemisphere with a density proportional to cosⁿθ, n ≥ 0.
+#[inline]
+pub fn power_cosine_hemisphere(u: Vec2, n: f32) -> Vec3 {
+    let (p, r) = concentric_disk(u);
+    if r == 0.0 {
+        return Vec3::Z;
+    }
+    // cos θ = (1 − r²)^(1/(n+1)), by way of 1 − cos θ, which keeps its digits where the lobe is narrow.
+    let one_minus_cos = -((-r * r).ln_1p() / (n + 1.0)).exp_m1();
+    let sin = (one_minus_cos * (2.0 - one_minus_cos)).sqrt();
+    (p * (sin / r)).extend(1.0 - one_minus_cos)
+}
+
+/// The density [1/sr] of [`power_cosine_hemisphere`], (n + 1)/2π · cosⁿθ, given cosⁿθ.
+#[inline]
+pub fn power_cosine_hemisphere_pdf(power_of_cos: f32, n: f32) -> f32 {
+    (n + 1.0) * INV_2PI * power_of_cos
+}
+
 /// A uniform direction of the upper hemisphere.
 #[inline]
 pub fn uniform_hemisphere(u: Vec2) -> Vec3 {

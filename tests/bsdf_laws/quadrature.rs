@@ -77,10 +77,19 @@ impl Cell {
         sum
     }
 
+    fn holds(&self, place: &Angles) -> bool {
+        let within = |(low, high): (f64, f64), x: f64| low <= x && x < high;
+        within(self.theta, place.0) && within(self.phi, place.1)
+    }
+
     /// ∫ g dω, to an absolute error of about `tolerance` in every component, given the value of the rule.
+    ///
+    /// Two rules agree on nothing where both miss a lobe. So a cell is not believed to be smooth while it holds more than one
+    /// of the samples: hidden in a corner, they would count.
     fn refine<const N: usize>(
         &self,
         whole: [f64; N],
+        samples: &[Angles],
         tolerance: f64,
         depth: u32,
         g: &impl Fn(Vec3) -> [f64; N],
@@ -88,11 +97,13 @@ impl Cell {
         let quarters = self.quarters().map(|quarter| (quarter, quarter.rule(g)));
         let sum: [f64; N] = std::array::from_fn(|i| quarters.iter().map(|(_, part)| part[i]).sum());
         let near = |other: [f64; N], error: f64| sum.iter().zip(other).all(|(sum, other)| (sum - other).abs() < error);
+        let samples: Vec<Angles> = samples.iter().copied().filter(|sample| self.holds(sample)).collect();
         // Where values jump along an edge all inner points may miss it. The other rule sees it, but is itself coarse.
-        if depth == 0 || (near(whole, tolerance) && near(self.rule_to_the_border(g), 30.0 * tolerance)) {
+        let converged = near(whole, tolerance) && near(self.rule_to_the_border(g), 30.0 * tolerance);
+        if depth == 0 || (converged && samples.len() <= 1) {
             return sum;
         }
-        let parts = quarters.map(|(quarter, part)| quarter.refine(part, 0.5 * tolerance, depth - 1, g));
+        let parts = quarters.map(|(quarter, part)| quarter.refine(part, &samples, 0.5 * tolerance, depth - 1, g));
         std::array::from_fn(|i| parts.iter().map(|part| part[i]).sum())
     }
 }
@@ -113,8 +124,7 @@ enum Node {
 
 struct Leaf {
     cell: Cell,
-    /// Where most of its samples are.
-    core: Option<Cell>,
+    samples: Vec<Angles>,
 }
 
 impl Cells {
@@ -131,7 +141,7 @@ impl Cells {
 
     fn split(&mut self, cell: Cell, mut samples: Vec<Angles>, depth: u32) -> Node {
         if depth == 0 || samples.len() < 32 {
-            self.leaves.push(Leaf { cell, core: Cell::around(&samples) });
+            self.leaves.push(Leaf { cell, samples });
             return Node::Leaf(self.leaves.len() - 1);
         }
         let theta_or_phi: fn(&Angles) -> f64 = if depth.is_multiple_of(2) { |s| s.0 } else { |s| s.1 };
@@ -161,8 +171,8 @@ impl Cells {
 
     /// ∫ g dω over a cell, to an absolute error of about `tolerance` in every component.
     pub fn integrate<const N: usize>(&self, index: usize, tolerance: f64, g: impl Fn(Vec3) -> [f64; N]) -> [f64; N] {
-        let Leaf { cell, core } = &self.leaves[index];
-        let core = core.unwrap_or(*cell);
+        let Leaf { cell, samples } = &self.leaves[index];
+        let core = Cell::around(samples).unwrap_or(*cell);
         let (mut thetas, phis) = (cuts(cell.theta, core.theta), cuts(cell.phi, core.phi));
         // Towards the horizon values change on the scale of the cosines.
         let horizon = (0..5).flat_map(|i| [-0.1, 0.1].map(|step| 0.5 * PI + step * 0.25_f64.powi(i)));
@@ -175,7 +185,7 @@ impl Cells {
                 // Quarters from the first: a thin ridge that runs across both angles, and has no tails, may pass between the nodes
                 // of a whole part and of its quarters alike.
                 for quarter in part.quarters() {
-                    let refined = quarter.refine(quarter.rule(&g), 0.125 * tolerance, 9, &g);
+                    let refined = quarter.refine(quarter.rule(&g), samples, 0.125 * tolerance, 9, &g);
                     sum.iter_mut().zip(refined).for_each(|(sum, value)| *sum += value);
                 }
             }

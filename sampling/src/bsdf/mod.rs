@@ -6,11 +6,20 @@
 //!
 //! Models that reflect are two-sided: they scatter from `wo` to `wi` where both are on one side, whichever it is.
 
+#[cfg(test)]
+mod albedo;
+mod ashikhmin_shirley;
 mod beckmann;
+mod blinn_normals;
+mod blinn_phong;
+mod blinn_torrance;
 mod conductor;
+mod cook_torrance;
 mod dielectric;
+mod distribution_based;
 mod fresnel;
 mod ggx;
+mod lafortune;
 mod lambert;
 mod lobes;
 mod merl;
@@ -21,7 +30,10 @@ mod mirror;
 mod missing_energy;
 mod mix;
 mod null;
+mod oren_nayar;
 mod parameter;
+mod parts;
+mod phong;
 mod plastic;
 mod principled;
 mod principled_lobes;
@@ -31,14 +43,23 @@ mod rough_dielectric;
 mod rough_plastic;
 mod roughness;
 mod shifted_gamma;
+mod slopes;
 mod table;
 mod thin_glass;
+mod v_cavities;
+mod ward;
 
+pub use ashikhmin_shirley::AshikhminShirley;
 pub use beckmann::Beckmann;
+pub use blinn_phong::BlinnPhong;
+pub use blinn_torrance::BlinnTorrance;
 pub use conductor::Conductor;
+pub use cook_torrance::CookTorrance;
 pub use dielectric::Dielectric;
+pub use distribution_based::{DistributionBased, HalfVectors};
 pub use fresnel::{DielectricFresnel, fresnel_conductor, fresnel_dielectric};
 pub use ggx::Ggx;
+pub use lafortune::Lafortune;
 pub use lambert::Lambert;
 pub use lobes::Lobes;
 pub use merl::Merl;
@@ -47,7 +68,9 @@ pub use microfacets::Microfacets;
 pub use mirror::Mirror;
 pub use mix::Mix;
 pub use null::Null;
+pub use oren_nayar::{OrenNayar, OrenNayarForm};
 pub use parameter::{Argument, Arguments, Domain, MAX_PARAMETERS, Misfit, Parameter, Preset};
+pub use phong::Phong;
 pub use plastic::Plastic;
 pub use principled::{Principled, PrincipledSettings};
 pub use rough_conductor::RoughConductor;
@@ -56,6 +79,7 @@ pub use rough_plastic::RoughPlastic;
 pub use shifted_gamma::ShiftedGamma;
 pub use table::{Shared, Table, Tables};
 pub use thin_glass::ThinGlass;
+pub use ward::Ward;
 
 use crate::fault;
 use crate::math::Spectrum;
@@ -318,4 +342,22 @@ models! {
     Mix,
     /// A measured isotropic reflectance.
     Merl,
+    /// Rough diffuse reflection.
+    OrenNayar,
+    /// A cosine lobe about the mirror direction.
+    Phong,
+    /// A cosine lobe about the half vector.
+    BlinnPhong,
+    /// The same with Torrance and Sparrow's geometry and Fresnel's equations.
+    BlinnTorrance,
+    /// Beckmann's facets in V-shaped grooves.
+    CookTorrance,
+    /// Elliptical highlights.
+    Ward,
+    /// An anisotropic cosine lobe over a diffuse base.
+    AshikhminShirley,
+    /// A highlight that the user draws.
+    DistributionBased,
+    /// A generalised cosine lobe.
+    Lafortune,
 }

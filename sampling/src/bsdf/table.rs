@@ -3,7 +3,7 @@
 //! A table lives as long as the program, and the same content is stored once, however many materials and scenes use it. So a
 //! BSDF is a plain value without a lifetime, and a hit copies no table.
 
-use super::{Bsdf, MerlTable};
+use super::{Bsdf, HalfVectors, MerlTable};
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::fmt;
@@ -15,6 +15,8 @@ use std::sync::Mutex;
 pub enum Table {
     /// Of [`Merl`](super::Merl).
     Merl(Shared<MerlTable>),
+    /// A density of half vectors.
+    HalfVectors(Shared<HalfVectors>),
 }
 
 /// A table and the hash of what it was made from.

@@ -122,6 +122,8 @@ fn directions_are_unit_and_where_they_should_be() {
         for (w, lowest) in [
             (cosine_hemisphere(u), 0.0),
             (uniform_hemisphere(u), 0.0),
+            (power_cosine_hemisphere(u, 0.0), 0.0),
+            (power_cosine_hemisphere(u, 1e5), 0.0),
             (uniform_sphere(u), -1.0),
             (uniform_cone(u, 0.5), 0.5),
         ] {
@@ -146,6 +148,18 @@ fn cones_of_tiny_angles_keep_their_shape() {
             let w = uniform_cone(u, one_minus_cos_max);
             let r2 = (w.x / sin).powi(2) + (w.y / sin).powi(2);
             // The area of the cap is uniform in 1 − cos, which for these angles is sin²/2 to 1e-4.
+            cell_of(r2, w.x, w.y)
+        });
+    }
+}
+
+#[test]
+fn powers_of_cosines_fill_their_lobes_evenly() {
+    for n in [0.0_f32, 1.0, 7.5, 1e5] {
+        assert_fills_evenly("power of a cosine", |u| {
+            let w = power_cosine_hemisphere(u, n);
+            // 1 − cosⁿ⁺¹θ is uniform; of a narrow lobe, by way of sin²θ.
+            let r2 = -(0.5 * (n + 1.0) * (-(w.x * w.x + w.y * w.y)).ln_1p()).exp_m1();
             cell_of(r2, w.x, w.y)
         });
     }
