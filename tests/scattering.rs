@@ -134,8 +134,7 @@ fn resolved(bsdf: &Bsdf, max_order: usize) -> Option<Glowing<'_>> {
         let fine = Glowing::new(bsdf, Hemisphere::new(*level), max_order);
         let close = |wo: &Vec3| {
             let (coarse, fine) = (coarse.towards(*wo), fine.towards(*wo));
-            // Orders of less than 10⁻³ are too faint for a test to see more of them than that.
-            coarse.iter().zip(&fine).all(|(a, b)| (a - b).abs() <= PRECISION * b.max(1e-3))
+            coarse.iter().zip(&fine).all(|(a, b)| (a - b).abs() <= PRECISION * b)
         };
         if directions.iter().all(|wo| close(wo) && sees(bsdf, *wo, *level)) {
             return Some(fine);

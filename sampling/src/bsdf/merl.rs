@@ -9,7 +9,7 @@ use crate::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 use glam::{Vec2, Vec3};
 use std::sync::OnceLock;
 
-/// A measured f_s by half and difference angles [Rusinkiewicz98], from a file of the MERL database [Matusik03].
+/// A measured f_s by half and difference angles `[Rusinkiewicz98]`, from a file of the MERL database `[Matusik03]`.
 ///
 /// The table, of 90 × 90 × 180 entries, is interpolated linearly between the centres of its bins. It has the difference azimuth
 /// modulo π, which is reciprocity, and the angles are computed so that exchanging the directions changes no bit. Entries below

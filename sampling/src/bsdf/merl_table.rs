@@ -14,7 +14,7 @@ const BYTES: usize = 12 + 3 * 8 * ENTRIES;
 /// What the entries of red, green and blue are times.
 const SCALES: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
 
-/// A measured reflectance, as a file of the MERL database has it [Matusik03].
+/// A measured reflectance, as a file of the MERL database has it `[Matusik03]`.
 pub struct MerlTable {
     /// f_s by half angle, difference angle and difference azimuth, the last running fastest.
     values: Vec<[f32; 3]>,
@@ -23,7 +23,7 @@ pub struct MerlTable {
     pub(super) survival: f32,
 }
 
-/// Two directions above the surface by their half vector h and their difference d [Rusinkiewicz98], symmetric to the bit.
+/// Two directions above the surface by their half vector h and their difference d `[Rusinkiewicz98]`, symmetric to the bit.
 pub(super) struct HalfAngles {
     /// √(θ_h / (π/2)), the axis on which the bins of θ_h are equal.
     root_h: f32,

@@ -297,7 +297,7 @@ impl BsdfModel for RoughPlastic {
 
     fn examples() -> Vec<Self> {
         vec![
-            Self::new(Spectrum::new(0.63, 0.065, 0.05), 1.5, 0.2),
+            Self::new(Spectrum::new(0.63, 0.065, 0.05), 1.5, 0.3),
             Self::new(Spectrum::ONE, 1.5, 0.3),
             Self::new(Spectrum::ONE, 1.5, 1.0),
             Self::new(Spectrum::ZERO, 1.5, 0.3),
