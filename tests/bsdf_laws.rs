@@ -248,7 +248,9 @@ fn anisotropy_is_what_turning_shows() {
     };
     let mut draws = Draws::new("anisotropy");
     for (case, (name, model)) in listed().into_iter().enumerate() {
-        let shown = pairs(&model, case, &mut draws).into_iter().find(|&(wo, wi)| {
+        // At grazing angles the narrowest lobes are not resolved by directions in `f32`.
+        let resolved = pairs(&model, case, &mut draws).into_iter().filter(|(wo, wi)| wo.z.abs().min(wi.z.abs()) > 0.01);
+        let shown = { resolved }.find(|&(wo, wi)| {
             let value = |wo, wi| model.eval(wo, wi, Lobes::ALL, TransportMode::Radiance);
             let (here, there) = (value(wo, wi), value(turned(wo), turned(wi)));
             let slack = rounding(wo, wi, ABSOLUTE, |wo, wi| value(wo, wi).max_component());

@@ -2,7 +2,7 @@
 //! against quadrature of the model itself: this joins sampling, evaluation, densities and integrators.
 //!
 //! False-alarm rate: 0.1 % for each model and test (Šidák over methods, orders and blocks). Models whose lobes are too narrow
-//! for the quadrature, by its own estimate of its error, are left out and named.
+//! for the quadrature, by its own estimate of its error, are left out and named, and so are those that scatter next to nothing.
 
 use crate::bsdf_laws::{delta_lobes, listed};
 use crate::support::{ALL, Budget, COLUMNS, Family, GAUSS, Truth, camera, grey, plain, shining};
@@ -114,6 +114,14 @@ impl<'b> Glowing<'b> {
     }
 }
 
+impl Glowing<'_> {
+    /// Whether so little is scattered, as where an index is all but 1, that lobes are chosen too seldom for a test.
+    fn is_faint(&self) -> bool {
+        let order_1 = self.towards(vec3(0.6, 0.0, 0.8))[1];
+        order_1 > 0.0 && order_1 < 1e-3
+    }
+}
+
 /// Whether the nodes are dense against the lobes: one so narrow that it falls between the nodes of two levels seems converged.
 fn sees(bsdf: &Bsdf, wo: Vec3, (panels, _): (usize, usize)) -> bool {
     let spacing = std::f64::consts::FRAC_PI_2 / (GAUSS.len() * panels) as f64;
@@ -153,12 +161,12 @@ fn examples(max_order: usize, suits: impl Fn(&Bsdf) -> bool, check: impl Fn(&str
         }
         let name = format!("{model} (example {i})");
         match resolved(&bsdf, max_order) {
-            Some(orders) => check(&name, &bsdf, &orders),
-            None => left_out.push(name),
+            Some(orders) if !orders.is_faint() => check(&name, &bsdf, &orders),
+            _ => left_out.push(name),
         }
         done += 1;
     }
-    println!("too narrow for the quadrature: {left_out:?}");
+    println!("too narrow for the quadrature, or too faint for the samples: {left_out:?}");
     assert!(left_out.len() * 2 <= done, "more is left out than done: {left_out:?} of {done}");
 }
 
@@ -176,7 +184,7 @@ fn compare(truth: &Truth, lobes: Lobes, conclusive: f64) {
 #[test]
 fn many_times_inside_a_glowing_sphere() {
     let reflects = |bsdf: &Bsdf| !bsdf.is_anisotropic() && !bsdf.lobes().intersects(Lobes::TRANSMISSION);
-    examples(6, reflects, |name, bsdf, orders| {
+    examples(4, reflects, |name, bsdf, orders| {
         let mut builder = SceneBuilder::new(&format!("inside {name}"));
         let wall = builder.material(*bsdf);
         let sphere = builder.sphere(DVec3::ZERO, 1.0, wall);

@@ -136,7 +136,7 @@ impl BsdfModel for AshikhminShirley {
 
     fn examples() -> Vec<Self> {
         vec![
-            Self::new(Spectrum::new(0.7, 0.4, 0.2), Spectrum::splat(0.05), 100.0, 100.0),
+            Self::new(Spectrum::new(0.7, 0.4, 0.2), Spectrum::splat(0.05), 20.0, 20.0),
             Self::new(Spectrum::splat(0.3), Spectrum::new(0.9, 0.7, 0.3), 10.0, 1000.0),
             Self::new(Spectrum::ONE, Spectrum::ZERO, 0.0, 0.0),
             Self::new(Spectrum::ONE, Spectrum::splat(0.5), 2.0, 2.0),

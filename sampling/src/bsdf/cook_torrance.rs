@@ -29,7 +29,6 @@ pub struct CookTorrance {
     eta: Spectrum,
     k: Spectrum,
     slopes: Slopes,
-    diffuse_pmf: f32,
     survival: f32,
 }
 
@@ -38,22 +37,19 @@ impl CookTorrance {
     /// of albedo `kd`; kd + ks ≤ 1.
     pub fn new(kd: Spectrum, ks: Spectrum, eta: Spectrum, k: Spectrum, alpha: f32) -> Self {
         let glossy = ks * fresnel_conductor(1.0, eta, k);
-        Self {
-            kd,
-            ks,
-            eta,
-            k,
-            slopes: Slopes::new(alpha, alpha),
-            diffuse_pmf: if ks.is_zero() { 1.0 } else { diffuse_share(kd, glossy.max(ks * (1.0 / 16.0))) },
-            survival: survival_of(kd + glossy),
-        }
+        Self { kd, ks, eta, k, slopes: Slopes::new(alpha, alpha), survival: survival_of(kd + glossy) }
     }
 }
 
 impl TwoParts for CookTorrance {
+    /// In proportion to the albedos with Fresnel's factor of smooth facets, which rises towards grazing angles.
     #[inline]
-    fn diffuse_pmf(&self, _wo: Vec3) -> f32 {
-        self.diffuse_pmf
+    fn diffuse_pmf(&self, wo: Vec3) -> f32 {
+        if self.ks.is_zero() {
+            return 1.0;
+        }
+        let fresnel = fresnel_conductor(wo.z, self.eta, self.k).max(Spectrum::splat(1.0 / 16.0));
+        diffuse_share(self.kd, self.ks * fresnel)
     }
 
     #[inline]

@@ -214,7 +214,7 @@ impl BsdfModel for DistributionBased {
     fn examples() -> Vec<Self> {
         let drawn = |numbers: &[f32]| HalfVectors::read(numbers).expect("numbers that make a density");
         let lobe: Vec<f32> = (0..91).map(|i| (-(i as f32 / 12.0).powi(2)).exp()).collect();
-        let ring: Vec<f32> = (0..19).map(|i| if i == 4 { 1.0 } else { 0.0 }).collect();
+        let ring: Vec<f32> = (0..10).map(|i| if i == 3 { 1.0 } else { 0.0 }).collect();
         let spike: Vec<f32> = (0..181).map(|i| if i == 0 { 1.0 } else { 0.0 }).collect();
         vec![
             Self::new(Spectrum::new(0.9, 0.6, 0.3), drawn(&lobe)),
