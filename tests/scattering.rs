@@ -155,11 +155,15 @@ fn resolved(bsdf: &Bsdf, max_order: usize) -> Option<Glowing<'_>> {
 /// The examples that the quadrature can do, of those that `suits`, with their orders up to `max_order`.
 fn examples(max_order: usize, suits: impl Fn(&Bsdf) -> bool, check: impl Fn(&str, &Bsdf, &Glowing)) {
     let (mut done, mut left_out) = (0, Vec::new());
-    for (i, (model, bsdf)) in listed().into_iter().enumerate() {
+    let (mut last, mut count) = ("", 0);
+    for (model, bsdf) in listed() {
+        // Examples are numbered in their model, so that another model changes no random number of this one.
+        count = if model == last { count + 1 } else { 0 };
+        last = model;
         if !suits(&bsdf) {
             continue;
         }
-        let name = format!("{model} (example {i})");
+        let name = format!("{model} (example {count})");
         match resolved(&bsdf, max_order) {
             Some(orders) if !orders.is_faint() => check(&name, &bsdf, &orders),
             _ => left_out.push(name),
@@ -193,7 +197,7 @@ fn many_times_inside_a_glowing_sphere() {
         builder.camera(camera(dvec3(0.3, 0.2, 0.7), dvec3(0.1, -0.6, 0.0), 50.0, 4));
         let scene = builder.build(Skip::Unneeded).unwrap();
         let truth = Truth::new(&scene, |hit, ray| orders.towards(hit.frame.to_local(-ray.d)));
-        compare(&truth, bsdf.lobes(), 0.8);
+        compare(&truth, bsdf.lobes(), 0.7);
     });
 }
 

@@ -191,6 +191,11 @@ pub trait BsdfModel: Copy {
         false
     }
 
+    /// The parameters that its tables were made for, which then cannot vary over a surface.
+    fn tabulated(&self) -> &'static [&'static str] {
+        &[]
+    }
+
     /// Parameters to try the laws on: usual ones, extremes, and whatever has a code path of its own. Never empty.
     fn examples() -> Vec<Self>;
 }
@@ -304,6 +309,11 @@ macro_rules! models {
             #[inline]
             pub fn survival(&self) -> f32 {
                 match self { $(Self::$model(model) => model.survival(),)* }
+            }
+
+            /// [`BsdfModel::tabulated`].
+            pub fn tabulated(&self) -> &'static [&'static str] {
+                match self { $(Self::$model(model) => model.tabulated(),)* }
             }
 
             /// [`BsdfModel::is_anisotropic`].

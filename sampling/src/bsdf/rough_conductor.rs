@@ -187,6 +187,13 @@ impl BsdfModel for RoughConductor {
         Ok(if is_compensated(multiple, &facets)? { single.compensated() } else { single }.into())
     }
 
+    fn tabulated(&self) -> &'static [&'static str] {
+        if self.echo.is_some() || matches!(self.facets, Microfacets::ShiftedGamma(_)) {
+            return &["roughness", "alpha", "alpha_x", "alpha_y", "gamma"];
+        }
+        &[]
+    }
+
     fn is_anisotropic(&self) -> bool {
         self.facets.is_anisotropic()
     }

@@ -282,6 +282,10 @@ impl BsdfModel for RoughPlastic {
         Some(BsdfSample { wi: wi.with_z(wi.z.copysign(wo.z)), weight, pdf, lobe, eta: 1.0 })
     }
 
+    fn tabulated(&self) -> &'static [&'static str] {
+        &["eta"]
+    }
+
     #[inline]
     fn lobes(&self) -> Lobes {
         if self.base.is_black() {

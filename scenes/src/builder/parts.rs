@@ -7,7 +7,7 @@ use crate::accel::FEW;
 use crate::camera::Camera;
 use crate::emitter::{AreaEmitter, AreaShape, Emission, Emitter, EmitterId};
 use crate::error::SceneError;
-use crate::material::{Material, MaterialId};
+use crate::material::{Material, MaterialId, Varying};
 use crate::needs::{Needs, Skip};
 use crate::scene::BoundingSphere;
 use crate::shape::{BakedMesh, Geometry, MeshData, Parallelogram, Sphere, Triangle, bake_mesh};
@@ -15,7 +15,7 @@ use crate::surface::{Attributes, SphereInfo, Surface, TriangleInfo, tangent};
 use crate::texture::Texture;
 use glam::DVec3;
 use sampling::Vec3;
-use sampling::bsdf::Lobes;
+use sampling::bsdf::{Bsdf, Lobes};
 use sampling::math::Spectrum;
 use std::ops::Range;
 
@@ -186,7 +186,7 @@ impl Parts {
         let mut try_with = |value: &dyn Fn(&Texture) -> Spectrum| match varying.with(value) {
             Ok(bsdf) => {
                 varying.include(&bsdf);
-                Ok(())
+                check_tables(&varying, &bsdf, name)
             }
             Err(misfit) => Err(SceneError::invalid(
                 format!("the material of {name} has a bad `{}`", misfit.parameter),
@@ -316,6 +316,17 @@ fn parallelogram(first: [Vec3; 3], second: [Vec3; 3], normals: [Vec3; 2]) -> Par
         return Parallelogram { corners: [first[0], first[1], first[2], second[2]], normals };
     }
     Parallelogram { corners: [first[0], second[1], first[1], first[2]], normals: [normals[1], normals[0]] }
+}
+
+/// What tables are made for has one value all over a surface.
+fn check_tables(varying: &Varying, bsdf: &Bsdf, name: &str) -> Result<(), SceneError> {
+    let Some((parameter, ..)) = varying.textures().find(|(parameter, ..)| bsdf.tabulated().contains(parameter)) else {
+        return Ok(());
+    };
+    Err(SceneError::invalid(
+        format!("the `{parameter}` of {name} varies, but its model has tables for one value of it"),
+        "give a number; a roughness may vary with the distributions ggx and beckmann, without compensation",
+    ))
 }
 
 fn area_and_mean(triangles: &[Triangle], radiance: &Texture) -> (f64, Spectrum) {

@@ -95,6 +95,13 @@ fn parameters_vary_where_ramps_give_them() {
 }
 
 #[test]
+fn what_tables_are_made_for_cannot_vary() {
+    let compensated = "type = \"rough_conductor\"\nmultiple_scattering = \"compensated\"\nalpha = { ramp = { base = 0.3, slope = 0.1, axis = [0, 0, 1] } }";
+    let refused = load(&replaced("type = \"lambert\"\nalbedo = 0.7", compensated)).unwrap_err().to_string();
+    assert!(refused.contains("tables"), "{refused}");
+}
+
+#[test]
 fn roughness_0_is_the_smooth_model() {
     let cases = [
         ("type = \"rough_conductor\"\nreflectance = 0.9\nroughness = 0", "Conductor"),
