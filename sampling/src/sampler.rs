@@ -155,6 +155,8 @@ pub struct Sampler {
     sample: u32,
     /// The sample's place among the strata.
     stratum: u32,
+    /// Keys what all samples of a pixel share.
+    sequence_state: u64,
     pixel_state: u64,
     sample_state: u64,
     subpath: Subpath,
@@ -178,6 +180,7 @@ impl Sampler {
             pixel: 0,
             sample: 0,
             stratum: 0,
+            sequence_state: 0,
             pixel_state: 0,
             sample_state: 0,
             subpath: Subpath::Camera,
@@ -194,7 +197,9 @@ impl Sampler {
         self.pixel = pixel;
         self.sample = sample;
         self.stratum = stratum;
-        self.pixel_state = mix2(mix2(self.key.0, pixel), u64::from(round));
+        let pixel_key = mix2(self.key.0, pixel);
+        self.sequence_state = !pixel_key;
+        self.pixel_state = mix2(pixel_key, u64::from(round));
         self.sample_state = mix2(self.pixel_state, u64::from(stratum));
         self.start_vertex(Subpath::Camera, 0);
     }
@@ -216,7 +221,7 @@ impl Sampler {
                 self.strata.jitter_1d(self.shuffled_stratum(address), stream(self.sample_state, address).next_f32())
             }
             SamplerKind::Halton => match halton::dimension(self.subpath, self.vertex, purpose) {
-                Some(dimension) => unit_f32(halton::coordinate(self.sample, dimension, self.halton_seed())),
+                Some(dimension) => unit_f32(halton::coordinate(self.sample, dimension, self.sequence_state)),
                 None => stream(self.sample_state, address).next_f32(),
             },
             SamplerKind::Sobol | SamplerKind::Zsobol => {
@@ -241,7 +246,7 @@ impl Sampler {
             }
             SamplerKind::Halton => match halton::dimension(self.subpath, self.vertex, purpose) {
                 Some(dimension) => {
-                    let coordinate = |d| unit_f32(halton::coordinate(self.sample, d, self.halton_seed()));
+                    let coordinate = |d| unit_f32(halton::coordinate(self.sample, d, self.sequence_state));
                     vec2(coordinate(dimension), coordinate(dimension + 1))
                 }
                 None => self.independent_2d(address),
@@ -273,27 +278,20 @@ impl Sampler {
         permute(self.stratum, self.strata.n, seed as u32)
     }
 
-    /// Digits are permuted alike at all samples of a pixel.
-    #[inline]
-    fn halton_seed(&self) -> u64 {
-        mix2(self.key.0, !self.pixel)
-    }
-
     /// The place of this sample in a sequence of Sobol's at this address, and the seed of that sequence: one for each pixel, or one
     /// for all where samples of different pixels share the work of covering the square.
     #[inline]
     fn place(&self, address: u64) -> (u32, u64) {
-        let shared = mix2(!self.key.0, address);
         let index = match (self.subpath, self.kind) {
             // A light walk goes where it likes, whatever pixel it is counted to.
             (Subpath::Light, _) => self.pixel * u64::from(self.strata.n) + u64::from(self.sample),
             (Subpath::Camera, SamplerKind::Zsobol) if self.sample < self.strata.n => {
                 let (x, y) = ((self.pixel % self.width) as u32, (self.pixel / self.width) as u32);
-                sobol::screen_index(self.screen, (x, y), self.sample, shared)
+                sobol::screen_index(self.screen, (x, y), self.sample, mix2(!self.key.0, address))
             }
-            (Subpath::Camera, _) => return (self.sample, mix2(mix2(!self.key.0, self.pixel), address)),
+            (Subpath::Camera, _) => return (self.sample, mix2(self.sequence_state, address)),
         };
-        let high = index >> 32;
+        let (shared, high) = (mix2(!self.key.0, address), index >> 32);
         (index as u32, if high == 0 { shared } else { mix2(shared, high) })
     }
 }

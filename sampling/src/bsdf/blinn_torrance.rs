@@ -22,6 +22,8 @@ pub struct BlinnTorrance {
     eta: Spectrum,
     k: Spectrum,
     normals: BlinnNormals,
+    /// The albedo of the glossy part at normal incidence, but at least a 16th of what it may be.
+    glossy: Spectrum,
     survival: f32,
 }
 
@@ -30,19 +32,24 @@ impl BlinnTorrance {
     /// `kd`; kd + ks ≤ 1.
     pub fn new(kd: Spectrum, ks: Spectrum, eta: Spectrum, k: Spectrum, n: f32) -> Self {
         let glossy = ks * fresnel_conductor(1.0, eta, k);
-        Self { kd, ks, eta, k, normals: BlinnNormals::new(n), survival: survival_of(kd + glossy) }
+        Self {
+            kd,
+            ks,
+            eta,
+            k,
+            normals: BlinnNormals::new(n),
+            glossy: glossy.max(ks * (1.0 / 16.0)),
+            survival: survival_of(kd + glossy),
+        }
     }
 }
 
 impl TwoParts for BlinnTorrance {
-    /// In proportion to the albedos with Fresnel's factor of smooth facets, which rises towards grazing angles.
+    /// In proportion to the albedos with Schlick's factor of smooth facets, which rises towards grazing angles.
     #[inline]
     fn diffuse_pmf(&self, wo: Vec3) -> f32 {
-        if self.ks.is_zero() {
-            return 1.0;
-        }
-        let fresnel = fresnel_conductor(wo.z, self.eta, self.k).max(Spectrum::splat(1.0 / 16.0));
-        diffuse_share(self.kd, self.ks * fresnel)
+        let c = (1.0 - wo.z).max(0.0);
+        diffuse_share(self.kd, self.glossy + (self.ks - self.glossy) * (c * c * c * c * c))
     }
 
     #[inline]

@@ -29,6 +29,8 @@ pub struct CookTorrance {
     eta: Spectrum,
     k: Spectrum,
     slopes: Slopes,
+    /// The albedo of the glossy part at normal incidence, but at least a 16th of what it may be.
+    glossy: Spectrum,
     survival: f32,
 }
 
@@ -37,19 +39,24 @@ impl CookTorrance {
     /// of albedo `kd`; kd + ks ≤ 1.
     pub fn new(kd: Spectrum, ks: Spectrum, eta: Spectrum, k: Spectrum, alpha: f32) -> Self {
         let glossy = ks * fresnel_conductor(1.0, eta, k);
-        Self { kd, ks, eta, k, slopes: Slopes::new(alpha, alpha), survival: survival_of(kd + glossy) }
+        Self {
+            kd,
+            ks,
+            eta,
+            k,
+            slopes: Slopes::new(alpha, alpha),
+            glossy: glossy.max(ks * (1.0 / 16.0)),
+            survival: survival_of(kd + glossy),
+        }
     }
 }
 
 impl TwoParts for CookTorrance {
-    /// In proportion to the albedos with Fresnel's factor of smooth facets, which rises towards grazing angles.
+    /// In proportion to the albedos with Schlick's factor of smooth facets, which rises towards grazing angles.
     #[inline]
     fn diffuse_pmf(&self, wo: Vec3) -> f32 {
-        if self.ks.is_zero() {
-            return 1.0;
-        }
-        let fresnel = fresnel_conductor(wo.z, self.eta, self.k).max(Spectrum::splat(1.0 / 16.0));
-        diffuse_share(self.kd, self.ks * fresnel)
+        let c = (1.0 - wo.z).max(0.0);
+        diffuse_share(self.kd, self.glossy + (self.ks - self.glossy) * (c * c * c * c * c))
     }
 
     #[inline]
