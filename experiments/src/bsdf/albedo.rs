@@ -5,7 +5,7 @@ use sampling::bsdf::{Bsdf, BsdfSample, TransportMode};
 use sampling::moments::Moments;
 use sampling::sampler::{Purpose, Role, Sampler, SamplerKind, StreamKey};
 
-/// Angles of incidence that albedos are told at [degrees].
+/// Angles of incidence that albedos are told at \[degrees\].
 pub const ANGLES: [f32; 8] = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0, 89.0];
 
 const REPLICATES: u32 = 32;

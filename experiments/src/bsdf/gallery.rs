@@ -6,7 +6,7 @@ use crate::export::write_atomically;
 use sampling::bsdf::{Arguments, Bsdf, ModelEntry, Parameter, Preset};
 use std::path::Path;
 
-/// Angles at which albedos are told [degrees].
+/// Angles at which albedos are told \[degrees\].
 const ANGLES: [f32; 3] = [0.0, 60.0, 85.0];
 
 /// Writes the gallery into a folder, which is created.

@@ -18,7 +18,7 @@ use sampling::{Vec3, vec3};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// Angles of incidence that are drawn [degrees].
+/// Angles of incidence that are drawn \[degrees\].
 const INCIDENCE: [f32; 4] = [0.0, 30.0, 60.0, 80.0];
 
 /// Prints what a model is and how much it reflects, and draws it; or writes the gallery of all models.
