@@ -4,7 +4,7 @@
 //! measured too, as `nothing`.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use sampling::bsdf::{Arguments, Bsdf, ModelEntry, Preset, TransportMode};
+use sampling::bsdf::{Argument, Arguments, Bsdf, Domain, ModelEntry, Preset, TransportMode};
 use sampling::sampler::{Purpose, Role, Sampler, SamplerKind, StreamKey};
 use sampling::{Vec2, Vec3, warp};
 use std::hint::black_box;
@@ -25,11 +25,24 @@ fn draws() -> Vec<Draw> {
     (0..COUNT as u32).map(&mut draw).collect()
 }
 
-/// The model as it is when nothing is said; its first example where something must be.
-fn usual(entry: &ModelEntry) -> Bsdf {
-    let required = entry.parameters.iter().any(|parameter| matches!(parameter.preset, Preset::Required(_)));
-    let preset = || (entry.from_arguments)(&Arguments::presets(entry.parameters)).ok();
-    (!required).then(preset).flatten().unwrap_or_else(|| (entry.examples)()[0])
+/// The model as it is when nothing is said, and with every other word of its choices; its first example where something must be
+/// said.
+fn usual(entry: &ModelEntry) -> Vec<(String, Bsdf)> {
+    if entry.parameters.iter().any(|parameter| matches!(parameter.preset, Preset::Required(_))) {
+        return vec![(entry.name.to_owned(), (entry.examples)()[0])];
+    }
+    let presets = Arguments::presets(entry.parameters);
+    let mut all = vec![(entry.name.to_owned(), presets)];
+    for (place, parameter) in entry.parameters.iter().enumerate() {
+        // Names of metals and the like say nothing of time.
+        let (Domain::Choice(words), Preset::Choice(_)) = (parameter.domain, parameter.preset) else { continue };
+        for (choice, word) in words.iter().enumerate().skip(1) {
+            let mut arguments = presets;
+            arguments.set(place, Argument::Choice(choice));
+            all.push((format!("{}, {} {word}", entry.name, parameter.name), arguments));
+        }
+    }
+    all.into_iter().filter_map(|(name, arguments)| Some((name, (entry.from_arguments)(&arguments).ok()?))).collect()
 }
 
 /// One sample, and the value and density of a direction, which is the one sampled if there is one.
@@ -49,9 +62,8 @@ fn models(criterion: &mut Criterion) {
         i
     };
     group.bench_function("nothing", |bencher| bencher.iter(|| black_box(draws[next()])));
-    for entry in Bsdf::MODELS {
-        let bsdf = black_box(usual(entry));
-        group.bench_with_input(BenchmarkId::from_parameter(entry.name), &bsdf, |bencher, bsdf| {
+    for (name, bsdf) in Bsdf::MODELS.iter().flat_map(usual) {
+        group.bench_with_input(BenchmarkId::from_parameter(name), &bsdf, |bencher, bsdf| {
             bencher.iter(|| sample_and_evaluate(black_box(bsdf), draws[next()]));
         });
     }
