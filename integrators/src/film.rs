@@ -121,7 +121,11 @@ impl<'r> BlockFilm<'r> {
     }
 
     /// Makes it ready for another block.
+    ///
+    /// Until [`start_sample`](Self::start_sample) is called, camera walks are taken for the first pixel's.
     pub fn start(&mut self, tile: Tile) {
+        self.pixel = (tile.x.start, tile.y.start);
+        self.weight = 1.0;
         self.tile = tile;
         self.sums.fill(0.0);
         self.splats.clear();
@@ -183,6 +187,12 @@ impl BlockFilm<'_> {
 
     /// Adds what lands anywhere, off the film too, to every pixel whose filter reaches there.
     fn splat_filtered(&mut self, raster: Vec2, layer: usize, value: Spectrum) {
+        // As in `splat`, the comparison also leaves out what is not a number.
+        let (radius, width, height) = (self.filter.radius(), self.width as f32, self.height as f32);
+        let within = |x: f32, size: f32| x > -radius && x < size + radius;
+        if !(within(raster.x, width) && within(raster.y, height)) {
+            return;
+        }
         let reach = |at: f32, size: u32| {
             let first = (at - 0.5 - self.filter.radius()).ceil().max(0.0) as u32;
             let last = (at - 0.5 + self.filter.radius()).floor();

@@ -97,7 +97,7 @@ impl Filter {
     }
 
     fn table(self) -> &'static Piecewise1D {
-        static TABLES: [OnceLock<Piecewise1D>; 5] = [const { OnceLock::new() }; 5];
+        static TABLES: [OnceLock<Piecewise1D>; Filter::ALL.len()] = [const { OnceLock::new() }; Filter::ALL.len()];
         TABLES[self as usize].get_or_init(|| {
             let middle = |i: usize| ((i as f32 + 0.5) / PIECES as f32 - 0.5) * 2.0 * self.radius();
             let weights: Vec<f64> = (0..PIECES).map(|i| f64::from(self.eval_1d(middle(i)).abs())).collect();

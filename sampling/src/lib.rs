@@ -65,8 +65,6 @@
 //!   normals*, Computer Graphics Forum 33(4), 2014.
 //! - `[Heitz18]` E. Heitz: *Sampling the GGX distribution of visible normals*, JCGT 7(4), 2018.
 //! - `[Heitz19]` E. Heitz: *A low-distortion map between triangle and square*, HAL-02073696, 2019.
-//! - `[HeitzDEon14]` E. Heitz, E. d'Eon: *Importance sampling microfacet-based BSDFs using the distribution of visible
-//!   normals*, EGSR 2014.
 //! - `[Inagaki81]` T. Inagaki, E. T. Arakawa, M. W. Williams: *Optical properties of liquid mercury*, Physical Review B 23,
 //!   1981.
 //! - `[Ize13]` T. Ize: *Robust BVH ray traversal*, JCGT 2(2), 2013.

@@ -167,15 +167,16 @@ impl Sampler {
     /// A sampler for one replicate that takes `samples_per_pixel` samples of every pixel of an image of this width and height, at
     /// sample 0 of pixel 0. What is no image has a height of 1.
     ///
-    /// Stratified samples come in rounds of that number; samples beyond it begin further, independent rounds. Sequences go on.
+    /// Stratified samples come in rounds of that number; samples beyond it begin further, independent rounds, but for
+    /// the sequences of a pixel, which go on.
     pub fn new(kind: SamplerKind, key: StreamKey, samples_per_pixel: u32, (width, height): (u32, u32)) -> Self {
-        let log2 = |n: u32| n.max(1).next_power_of_two().trailing_zeros();
+        let log2 = |n: u32| n.max(1).checked_next_power_of_two().map_or(31, u32::trailing_zeros);
         let samples = samples_per_pixel.max(1);
         let mut sampler = Self {
             kind,
             key,
             strata: Strata::new(samples),
-            screen: Screen { log2_side: log2(width.max(height)), log2_samples: log2(samples) },
+            screen: Screen { log2_side: log2(width.max(height)), log2_samples: log2(samples).min(28) },
             width: u64::from(width.max(1)),
             pixel: 0,
             sample: 0,
@@ -284,14 +285,15 @@ impl Sampler {
     fn place(&self, address: u64) -> (u32, u64) {
         let index = match (self.subpath, self.kind) {
             // A light walk goes where it likes, whatever pixel it is counted to.
-            (Subpath::Light, _) => self.pixel * u64::from(self.strata.n) + u64::from(self.sample),
+            (Subpath::Light, _) => self.pixel * u64::from(self.strata.n) + u64::from(self.stratum),
             (Subpath::Camera, SamplerKind::Zsobol) if self.sample < self.strata.n => {
                 let (x, y) = ((self.pixel % self.width) as u32, (self.pixel / self.width) as u32);
                 sobol::screen_index(self.screen, (x, y), self.sample, mix2(!self.key.0, address))
             }
             (Subpath::Camera, _) => return (self.sample, mix2(self.sequence_state, address)),
         };
-        let (shared, high) = (mix2(!self.key.0, address), index >> 32);
+        // Further rounds, and what is beyond 32 bits, are sequences of their own.
+        let (shared, high) = (mix2(!self.key.0, address), index >> 32 | u64::from(self.sample / self.strata.n) << 32);
         (index as u32, if high == 0 { shared } else { mix2(shared, high) })
     }
 }

@@ -114,9 +114,13 @@ impl Varying {
     pub fn with(&self, value: impl Fn(&Texture) -> Spectrum) -> Result<Bsdf, Misfit> {
         let mut arguments = self.arguments;
         for (place, texture) in &self.textures {
+            // Rounding may leave a domain whose borders the texture touches.
             let argument = match self.model.parameters[*place].domain {
-                Domain::Number(..) => Argument::Number(value(texture).mean()),
-                _ => Argument::Colour(value(texture)),
+                Domain::Number(from, to) => Argument::Number(value(texture).mean().clamp(from, to)),
+                Domain::Colour(from, to) => {
+                    Argument::Colour(Spectrum::from(value(texture).to_array().map(|channel| channel.clamp(from, to))))
+                }
+                domain => unreachable!("no texture gives {domain}"),
             };
             arguments.set(*place, argument);
         }
@@ -126,11 +130,13 @@ impl Varying {
     /// Notes the lobes of one of its BSDFs.
     pub(crate) fn include(&mut self, bsdf: &Bsdf) {
         self.lobes |= bsdf.lobes();
-        self.anisotropic |= bsdf.is_anisotropic();
+        // Where one width varies, the two differ somewhere, wherever it was looked at.
+        let width = |(name, ..): (&str, Domain, &Texture)| matches!(name, "alpha_x" | "alpha_y" | "n_u" | "n_v");
+        self.anisotropic |= bsdf.is_anisotropic() || self.textures().any(width);
     }
 
-    /// The BSDF at a point. Where the arguments don't go together, which is checked when the scene is built, it scatters
-    /// what is not a number, so that it is counted and reported.
+    /// The BSDF at a point. Arguments are tried when the scene is built, at vertices and extremes; should they not go together at a
+    /// point between, it scatters what is not a number, so that it is counted and reported.
     fn at(&self, p: Vec3) -> Bsdf {
         let invalid = |_| Lambert { albedo: Spectrum::splat(f32::NAN) }.into();
         self.with(|texture| texture.at(p)).unwrap_or_else(invalid)

@@ -36,6 +36,14 @@ impl Texture {
         }
     }
 
+    /// The direction in which it changes, if it does.
+    pub fn axis(&self) -> Option<Vec3> {
+        match self {
+            Texture::Constant(_) => None,
+            Texture::Ramp { axis, .. } => axis.try_normalize(),
+        }
+    }
+
     /// Whether it is the same everywhere.
     pub fn is_constant(&self) -> bool {
         matches!(self, Texture::Constant(_))

@@ -4,9 +4,7 @@ use super::parts::{Parts, TwoParts, diffuse_share, lobes_of, scatters_in_two_par
 use super::roughness::alphas;
 use super::slopes::Slopes;
 use super::v_cavities::{Half, visible_side};
-use super::{
-    Argument, Arguments, Bsdf, BsdfModel, Lobes, Mirror, Misfit, Parameter, Preset, fresnel_conductor, survival_of,
-};
+use super::{Argument, Arguments, Bsdf, BsdfModel, Lobes, Misfit, Parameter, Preset, fresnel_conductor, survival_of};
 use crate::math::{Spectrum, reflect};
 use crate::warp::INV_PI;
 use glam::{Vec2, Vec3};
@@ -98,8 +96,10 @@ impl BsdfModel for CookTorrance {
         without_gain(kd, ks)?;
         match alphas([roughness, alpha, Argument::Absent, Argument::Absent])? {
             Some((alpha, _)) => Ok(Self::new(kd, ks, eta, k, alpha).into()),
-            None if kd.is_zero() => Ok(Mirror { reflectance: ks * fresnel_conductor(1.0, eta, k) }.into()),
-            None => Err(Misfit::new("kd", "make it 0 where the surface is smooth, or give a roughness")),
+            None => Err(Misfit::new(
+                "alpha",
+                "give at least 0.0001; smooth metals and glass are `conductor` and `dielectric`",
+            )),
         }
     }
 

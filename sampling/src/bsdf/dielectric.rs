@@ -56,6 +56,10 @@ impl BsdfModel for Dielectric {
         Some(BsdfSample { wi, weight, pdf: transmitted, lobe: Lobes::DELTA_TRANSMISSION, eta })
     }
 
+    fn fixed(&self) -> &'static [&'static str] {
+        &["eta"]
+    }
+
     #[inline]
     fn lobes(&self) -> Lobes {
         if self.eta == 1.0 { Lobes::DELTA_TRANSMISSION } else { Lobes::DELTA }

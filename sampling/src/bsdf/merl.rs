@@ -54,7 +54,7 @@ impl BsdfModel for Merl {
         name: "file",
         about: "a table of the MERL database",
         domain: Domain::File { read: |bytes| MerlTable::read(bytes).map(Table::Merl) },
-        preset: Preset::Required("gold-metallic-paint.binary"),
+        preset: Preset::Required("\"gold-metallic-paint.binary\""),
     }];
     /// What files may have at grazing angles, and no example has.
     const MAX_ALBEDO: f32 = 2.0;
@@ -63,7 +63,6 @@ impl BsdfModel for Merl {
         let [file] = arguments.all();
         match file.table() {
             Table::Merl(table) => Ok(Self { table }.into()),
-            #[allow(unreachable_patterns, reason = "there may be one kind of table only")]
             other => panic!("not a table of MERL: {other:?}"),
         }
     }

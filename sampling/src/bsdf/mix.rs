@@ -67,13 +67,13 @@ impl BsdfModel for Mix {
             name: "first",
             about: "one material",
             domain: super::Domain::Model,
-            preset: Preset::Required("the name of a material"),
+            preset: Preset::Required("\"white\""),
         },
         Parameter {
             name: "second",
             about: "the other material",
             domain: super::Domain::Model,
-            preset: Preset::Required("the name of a material"),
+            preset: Preset::Required("\"white\""),
         },
         Parameter::number("amount", "share of the second", 0.0, 1.0, Preset::Number(0.5)),
     ];
@@ -106,7 +106,7 @@ impl BsdfModel for Mix {
 
     fn sample(&self, wo: Vec3, uc: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         let [first, second] = self.parts();
-        // What is left of `uc` after the choice is uniform again.
+        // What is left of `uc` after the choice is uniform again, to the granularity of random numbers over the share.
         if uc < first.1 {
             return Self::join([first, second], wo, (uc / first.1, u), mode);
         }

@@ -191,8 +191,9 @@ pub trait BsdfModel: Copy {
         false
     }
 
-    /// The parameters that its tables were made for, which then cannot vary over a surface.
-    fn tabulated(&self) -> &'static [&'static str] {
+    /// The parameters that cannot vary over a surface: those that its tables were made for, and the index of what light goes
+    /// through, which it leaves as it entered.
+    fn fixed(&self) -> &'static [&'static str] {
         &[]
     }
 
@@ -311,9 +312,9 @@ macro_rules! models {
                 match self { $(Self::$model(model) => model.survival(),)* }
             }
 
-            /// [`BsdfModel::tabulated`].
-            pub fn tabulated(&self) -> &'static [&'static str] {
-                match self { $(Self::$model(model) => model.tabulated(),)* }
+            /// [`BsdfModel::fixed`].
+            pub fn fixed(&self) -> &'static [&'static str] {
+                match self { $(Self::$model(model) => model.fixed(),)* }
             }
 
             /// [`BsdfModel::is_anisotropic`].

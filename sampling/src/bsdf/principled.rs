@@ -335,6 +335,10 @@ impl BsdfModel for Principled {
         Some(BsdfSample { wi: wi.with_z(wi.z.copysign(wo.z)), weight, pdf, lobe, eta: 1.0 })
     }
 
+    fn fixed(&self) -> &'static [&'static str] {
+        if self.glass > 0.0 { &["eta"] } else { &[] }
+    }
+
     #[inline]
     fn lobes(&self) -> Lobes {
         let mut lobes = Lobes::GLOSSY_REFLECTION;

@@ -187,7 +187,7 @@ impl BsdfModel for RoughConductor {
         Ok(if is_compensated(multiple, &facets)? { single.compensated() } else { single }.into())
     }
 
-    fn tabulated(&self) -> &'static [&'static str] {
+    fn fixed(&self) -> &'static [&'static str] {
         if self.echo.is_some() || matches!(self.facets, Microfacets::ShiftedGamma(_)) {
             return &["roughness", "alpha", "alpha_x", "alpha_y", "gamma"];
         }

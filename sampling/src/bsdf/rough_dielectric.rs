@@ -264,11 +264,11 @@ impl BsdfModel for RoughDielectric {
         Ok(if is_compensated(multiple, &facets)? { single.compensated() } else { single }.into())
     }
 
-    fn tabulated(&self) -> &'static [&'static str] {
+    fn fixed(&self) -> &'static [&'static str] {
         if self.echo.is_some() || matches!(self.facets, Microfacets::ShiftedGamma(_)) {
             return &["eta", "roughness", "alpha", "alpha_x", "alpha_y", "gamma"];
         }
-        &[]
+        &["eta"]
     }
 
     fn is_anisotropic(&self) -> bool {

@@ -282,7 +282,7 @@ impl BsdfModel for RoughPlastic {
         Some(BsdfSample { wi: wi.with_z(wi.z.copysign(wo.z)), weight, pdf, lobe, eta: 1.0 })
     }
 
-    fn tabulated(&self) -> &'static [&'static str] {
+    fn fixed(&self) -> &'static [&'static str] {
         &["eta"]
     }
 

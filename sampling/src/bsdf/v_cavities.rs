@@ -57,7 +57,7 @@ impl Half {
 
 /// One of the two sides of the groove with the side `m`, in proportion to how much of it is visible from `wo`.
 ///
-/// If m has the density D(m) cos θ_m, the side has that of visible normals, D(m) G₁(wo, m) wo·m / cos θ_o `[HeitzDEon14]`.
+/// If m has the density D(m) cos θ_m, the side has that of visible normals, D(m) G₁(wo, m) wo·m / cos θ_o `[Heitz14b]`.
 #[inline]
 pub fn visible_side(wo: Vec3, m: Vec3, uc: f32) -> Vec3 {
     let opposite = Vec3::new(-m.x, -m.y, m.z);

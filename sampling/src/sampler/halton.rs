@@ -29,12 +29,13 @@ const fn primes() -> [u16; DIMENSIONS] {
 
 /// The first of the dimensions of an address; `None` where there are none left.
 ///
-/// The start of a path has nine, then every vertex nine for each subpath.
+/// The start of a path has eleven, then every vertex nine for each subpath.
 #[inline]
 pub fn dimension(subpath: Subpath, vertex: u32, purpose: Purpose) -> Option<usize> {
     let start = |offset| (vertex == 0).then_some(offset);
     let along = |offset| {
-        let dimension = 9 + 9 * (2 * vertex as usize + subpath as usize) + offset;
+        let surface = (vertex as usize).checked_sub(1)?;
+        let dimension = 11 + 9 * (2 * surface + subpath as usize) + offset;
         (dimension + 1 < DIMENSIONS).then_some(dimension)
     };
     match purpose {
@@ -48,6 +49,7 @@ pub fn dimension(subpath: Subpath, vertex: u32, purpose: Purpose) -> Option<usiz
         Purpose::Roulette => along(3),
         Purpose::NextEmitter => along(4),
         Purpose::NextPosition => along(5),
+        Purpose::NextCamera if vertex == 0 => start(9),
         Purpose::NextCamera => along(7),
     }
 }
@@ -113,13 +115,14 @@ mod tests {
             (Purpose::EmitterChoice, 1),
             (Purpose::EmitterPosition, 2),
             (Purpose::EmitterDirection, 2),
+            (Purpose::NextCamera, 2),
         ];
         let mut seen = vec![false; DIMENSIONS];
         let mut take = |first: usize, count: usize| {
             (first..first + count).for_each(|d| assert!(!std::mem::replace(&mut seen[d], true), "dimension {d}"));
         };
         starts.iter().for_each(|&(purpose, count)| take(dimension(Subpath::Camera, 0, purpose).unwrap(), count));
-        for vertex in 0..40 {
+        for vertex in 1..40 {
             for subpath in [Subpath::Camera, Subpath::Light] {
                 for (purpose, count) in purposes {
                     if let Some(first) = dimension(subpath, vertex, purpose) {

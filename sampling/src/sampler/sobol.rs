@@ -82,7 +82,6 @@ pub struct Screen {
 /// The place of a sample in one sequence for the whole screen `[Ahmed20]`: pixels follow one another along Morton's curve, whose
 /// quarters are permuted at every level by a hash of the levels above it, and so are the samples of a pixel. So neighbouring
 /// pixels share out the strata of the square among them, and their errors cancel when they are seen together.
-///
 #[inline]
 pub fn screen_index(screen: Screen, (x, y): (u32, u32), sample: u32, seed: u64) -> u64 {
     let index = (spread(x) | spread(y) << 1) << screen.log2_samples | u64::from(sample);

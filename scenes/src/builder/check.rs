@@ -6,7 +6,7 @@ use crate::material::Material;
 use crate::shape::Geometry;
 use crate::texture::Texture;
 use glam::DMat3;
-use sampling::bsdf::{Bsdf, Domain};
+use sampling::bsdf::{Bsdf, Domain, Ggx};
 use sampling::math::Spectrum;
 
 /// How far an albedo may exceed 1, for what rounding makes of exact numbers.
@@ -133,6 +133,20 @@ pub(super) fn check_domain(value: Spectrum, domain: Domain, parameter: &str, nam
     }
     let message = format!("the {parameter} of {name} reaches {:?}", value.to_array());
     Err(SceneError::invalid(message, format!("keep it {domain}")))
+}
+
+/// A roughness that varies may not run through the widths that `f32` cannot resolve, to smoothness.
+pub(super) fn check_roughness(value: Spectrum, parameter: &str, name: &str) -> Result<(), SceneError> {
+    let least = match parameter {
+        "roughness" => Ggx::MIN_ALPHA.sqrt(),
+        "alpha" | "alpha_x" | "alpha_y" => Ggx::MIN_ALPHA,
+        _ => return Ok(()),
+    };
+    if value.mean() >= least {
+        return Ok(());
+    }
+    let message = format!("the {parameter} of {name} falls to {:?}", value.mean());
+    Err(SceneError::invalid(message, format!("keep it at {least} or above where it varies")))
 }
 
 /// Emitted light must be finite and not negative.

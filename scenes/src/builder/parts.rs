@@ -1,7 +1,7 @@
 //! The parts of a scene while it is put together.
 
 use super::Shape;
-use super::check::{check_domain, check_light, similarity_scale};
+use super::check::{check_domain, check_light, check_roughness, similarity_scale};
 use super::hash::Content;
 use crate::accel::FEW;
 use crate::camera::Camera;
@@ -182,11 +182,13 @@ impl Parts {
         let Material::Varying(mut varying) = self.materials[id.0 as usize].clone() else { return Ok(()) };
         for (parameter, domain, texture) in varying.textures() {
             self.check_over(placed, texture, |value| check_domain(value, domain, parameter, name))?;
+            self.check_over(placed, texture, |value| check_roughness(value, parameter, name))?;
         }
+        let ramps: Vec<Vec3> = varying.textures().filter_map(|(.., texture)| texture.axis()).collect();
         let mut try_with = |value: &dyn Fn(&Texture) -> Spectrum| match varying.with(value) {
             Ok(bsdf) => {
                 varying.include(&bsdf);
-                check_tables(&varying, &bsdf, name)
+                check_fixed(&varying, &bsdf, name)
             }
             Err(misfit) => Err(SceneError::invalid(
                 format!("the material of {name} has a bad `{}`", misfit.parameter),
@@ -195,9 +197,9 @@ impl Parts {
         };
         match placed {
             Placed::Sphere(sphere) => {
-                let range = |texture: &Texture| texture.range_in_ball(sphere.center, sphere.radius);
-                try_with(&|texture| Spectrum::splat(range(texture).0))?;
-                try_with(&|texture| Spectrum::splat(range(texture).1))?;
+                let axes = ramps.into_iter().chain([Vec3::X, Vec3::Y, Vec3::Z, Vec3::ONE.normalize()]);
+                let points = axes.flat_map(|axis| [axis, -axis]).map(|axis| sphere.center + axis * sphere.radius);
+                points.into_iter().try_for_each(|point| try_with(&|texture| texture.at(point)))?;
             }
             Placed::Quad { range, .. } | Placed::Mesh(range) => {
                 let vertices = self.triangles[range.clone()].iter().flat_map(|t| t.0);
@@ -318,13 +320,13 @@ fn parallelogram(first: [Vec3; 3], second: [Vec3; 3], normals: [Vec3; 2]) -> Par
     Parallelogram { corners: [first[0], second[1], first[1], first[2]], normals: [normals[1], normals[0]] }
 }
 
-/// What tables are made for has one value all over a surface.
-fn check_tables(varying: &Varying, bsdf: &Bsdf, name: &str) -> Result<(), SceneError> {
-    let Some((parameter, ..)) = varying.textures().find(|(parameter, ..)| bsdf.tabulated().contains(parameter)) else {
+/// What a model has tables for, and the index of what light goes through, has one value all over a surface.
+fn check_fixed(varying: &Varying, bsdf: &Bsdf, name: &str) -> Result<(), SceneError> {
+    let Some((parameter, ..)) = varying.textures().find(|(parameter, ..)| bsdf.fixed().contains(parameter)) else {
         return Ok(());
     };
     Err(SceneError::invalid(
-        format!("the `{parameter}` of {name} varies, but its model has tables for one value of it"),
+        format!("the `{parameter}` of {name} varies, but must be the same all over it"),
         "give a number; a roughness may vary with the distributions ggx and beckmann, without compensation",
     ))
 }

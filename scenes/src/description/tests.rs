@@ -91,14 +91,26 @@ fn parameters_vary_where_ramps_give_them() {
     assert!(scene.needs.textures && scene.needs.non_delta_lobes && !scene.needs.delta_lobes);
     expect(&rough("{ base = 0.3, slope = 0.5, axis = [0, 0, 1] }"), "8: the alpha ramp runs from -0.1");
     let narrow = load(&rough("{ base = 0.00011, slope = 0.0001, axis = [0, 0, 1] }")).unwrap_err().to_string();
-    assert!(narrow.contains("the material of shape 1 (a sphere) has a bad `alpha`; give at least 0.0001"), "{narrow}");
+    assert!(narrow.contains("the alpha of shape 1 (a sphere) falls to 1"), "{narrow}");
+}
+
+#[test]
+fn parameters_that_vary_together_are_tried_where_they_are() {
+    let phong = |kd: f64| {
+        let ramp =
+            |base: f64, slope: f64| format!("{{ ramp = {{ base = {base}, slope = {slope}, axis = [0, 0, 1] }} }}");
+        let keys = format!("type = \"phong\"\nkd = {}\nks = {}", ramp(kd, 0.3), ramp(0.5, -0.3));
+        load(&replaced("type = \"lambert\"\nalbedo = 0.7", &keys))
+    };
+    assert!(phong(0.4).is_ok());
+    assert!(phong(0.6).unwrap_err().to_string().contains("bad `k"));
 }
 
 #[test]
 fn what_tables_are_made_for_cannot_vary() {
     let compensated = "type = \"rough_conductor\"\nmultiple_scattering = \"compensated\"\nalpha = { ramp = { base = 0.3, slope = 0.1, axis = [0, 0, 1] } }";
     let refused = load(&replaced("type = \"lambert\"\nalbedo = 0.7", compensated)).unwrap_err().to_string();
-    assert!(refused.contains("tables"), "{refused}");
+    assert!(refused.contains("must be the same all over"), "{refused}");
 }
 
 #[test]
