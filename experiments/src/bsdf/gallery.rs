@@ -57,7 +57,14 @@ fn section(entry: &ModelEntry, bsdf: &Bsdf) -> String {
         let mean = albedo::directional(bsdf, incident(degrees)).mean;
         format!("{:.3} at {degrees}°", (mean[0] + mean[1] + mean[2]) / 3.0)
     });
-    text + &format!("\nDirectional albedo, mean over channels: {}.\n", albedos.join(", "))
+    text += &format!("\nDirectional albedo, mean over channels: {}.\n", albedos.join(", "));
+    if entry.max_albedo > 1.0 {
+        let most = entry.max_albedo;
+        text += &format!(
+            "As published, it can reflect more than it receives: up to {most} times as much. In closed scenes the series may grow.\n"
+        );
+    }
+    text
 }
 
 /// With a capital letter.
