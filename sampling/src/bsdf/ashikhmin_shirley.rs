@@ -1,5 +1,6 @@
 //! Ashikhmin and Shirley's anisotropic Phong model.
 
+use super::fresnel::schlick;
 use super::parts::{Parts, TwoParts, exp_of_minus, minus_ln_cos, scatters_in_two_parts};
 use super::v_cavities::Half;
 use super::{Arguments, Bsdf, BsdfModel, Lobes, Misfit, Parameter, Preset, survival_of};
@@ -39,7 +40,7 @@ impl AshikhminShirley {
     /// Schlick's reflectance for this cosine.
     #[inline]
     fn fresnel(&self, cos: f32) -> Spectrum {
-        self.rs + (Spectrum::ONE - self.rs) * (1.0 - cos).powi(5)
+        self.rs + (Spectrum::ONE - self.rs) * schlick(cos)
     }
 
     /// The density of half vectors [1/sr].
@@ -71,7 +72,7 @@ impl TwoParts for AshikhminShirley {
         // The lobe spreads over other angles than that of wo: the share of the glossy part is at least that of its mean, for
         // which Schlick's (1 − cos)⁵ is 1/21.
         let rs = self.rs.mean();
-        let glossy = rs + (1.0 - rs) * (1.0 - wo.z).powi(5).max(1.0 / 21.0);
+        let glossy = rs + (1.0 - rs) * schlick(wo.z).max(1.0 / 21.0);
         let diffuse = 2.0 * self.diffuse.mean() * let_in(wo.z);
         (diffuse / (diffuse + glossy)).clamp(1.0 / 16.0, 15.0 / 16.0)
     }

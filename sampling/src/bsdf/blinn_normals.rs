@@ -1,5 +1,6 @@
 //! Facets whose density falls with a power of the cosine, after Blinn.
 
+use super::grooves::Facets;
 use super::parts::{exp_of_minus, minus_ln_cos};
 use crate::warp::{INV_2PI, power_cosine_hemisphere};
 use glam::{Vec2, Vec3};
@@ -16,16 +17,18 @@ impl BlinnNormals {
     pub fn new(n: f32) -> Self {
         Self { n }
     }
+}
 
+impl Facets for BlinnNormals {
     /// D(m); 0 below 10⁻³⁰ of its peak.
     #[inline]
-    pub fn d(&self, m: Vec3) -> f32 {
+    fn d(&self, m: Vec3) -> f32 {
         (self.n + 2.0) * INV_2PI * exp_of_minus(self.n * minus_ln_cos(m))
     }
 
     /// A normal with the density D(m) cos θ_m.
     #[inline]
-    pub fn sample(&self, u: Vec2) -> Vec3 {
+    fn sample(&self, u: Vec2) -> Vec3 {
         power_cosine_hemisphere(u, self.n + 1.0)
     }
 }

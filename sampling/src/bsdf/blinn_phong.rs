@@ -1,6 +1,7 @@
 //! Blinn's form of Phong's reflection: a lobe about the half vector.
 
 use super::blinn_normals::BlinnNormals;
+use super::grooves::Facets;
 use super::parts::{Parts, TwoParts, diffuse_share, lobes_of, scatters_in_two_parts, without_gain};
 use super::v_cavities::{Half, visible_side};
 use super::{Arguments, Bsdf, BsdfModel, Lobes, Misfit, Parameter, Preset, survival_of};

@@ -1,12 +1,10 @@
 //! Blinn's reflection with Torrance and Sparrow's geometry and Fresnel's equations.
 
 use super::blinn_normals::BlinnNormals;
-use super::parts::{Parts, TwoParts, diffuse_share, lobes_of, scatters_in_two_parts, without_gain};
-use super::v_cavities::{Half, visible_side};
-use super::{Arguments, Bsdf, BsdfModel, Lobes, Misfit, Parameter, Preset, fresnel_conductor, survival_of};
-use crate::math::{Spectrum, reflect};
-use crate::warp::INV_PI;
-use glam::{Vec2, Vec3};
+use super::grooves::Grooves;
+use super::parts::{TwoParts, lobes_of, scatters_in_two_parts, without_gain};
+use super::{Arguments, Bsdf, BsdfModel, Lobes, Misfit, Parameter, Preset};
+use crate::math::Spectrum;
 
 /// f_s = kd/π + ks F(wo·m) D(m) G / (4 cos θ_o cos θ_i) with the half vector m [Torrance67; Blinn77].
 ///
@@ -15,60 +13,13 @@ use glam::{Vec2, Vec3};
 /// and (n + 2)/2π, and the cosine of the light, make of that a BRDF whose facets reflect what meets them, so that kd + ks ≤ 1
 /// creates no light. Visible normals are sampled. Light scattered more than once is lost, and the diffuse part does not know
 /// of the glossy part's Fresnel factor.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BlinnTorrance {
-    kd: Spectrum,
-    ks: Spectrum,
-    eta: Spectrum,
-    k: Spectrum,
-    normals: BlinnNormals,
-    /// The albedo of the glossy part at normal incidence, but at least a 16th of what it may be.
-    glossy: Spectrum,
-    survival: f32,
-}
+pub type BlinnTorrance = Grooves<BlinnNormals>;
 
 impl BlinnTorrance {
     /// Facets of complex index `eta` + i `k` (not both 0) with the exponent n ≥ 0, scaled by `ks`, on a diffuse base of albedo
     /// `kd`; kd + ks ≤ 1.
     pub fn new(kd: Spectrum, ks: Spectrum, eta: Spectrum, k: Spectrum, n: f32) -> Self {
-        let glossy = ks * fresnel_conductor(1.0, eta, k);
-        Self {
-            kd,
-            ks,
-            eta,
-            k,
-            normals: BlinnNormals::new(n),
-            glossy: glossy.max(ks * (1.0 / 16.0)),
-            survival: survival_of(kd + glossy),
-        }
-    }
-}
-
-impl TwoParts for BlinnTorrance {
-    /// In proportion to the albedos with Schlick's factor of smooth facets, which rises towards grazing angles.
-    #[inline]
-    fn diffuse_pmf(&self, wo: Vec3) -> f32 {
-        let c = (1.0 - wo.z).max(0.0);
-        diffuse_share(self.kd, self.glossy + (self.ks - self.glossy) * (c * c * c * c * c))
-    }
-
-    #[inline]
-    fn parts(&self, wo: Vec3, wi: Vec3) -> Parts {
-        let diffuse = self.kd * INV_PI;
-        let Some(half) = Half::of(wo, wi) else { return Parts::diffuse(diffuse) };
-        let d = self.normals.d(half.m);
-        let fresnel = fresnel_conductor(half.cos, self.eta, self.k);
-        Parts {
-            diffuse,
-            glossy: self.ks * fresnel * (0.25 * d * half.g_over_cosines(wo.z, wi.z)),
-            glossy_pdf: half.visible_pdf(d, wo.z, wi.z),
-        }
-    }
-
-    #[inline]
-    fn sample_glossy(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<Vec3> {
-        let wi = reflect(wo, visible_side(wo, self.normals.sample(u), uc));
-        (wi.z > 0.0).then_some(wi)
+        Self::of(kd, ks, eta, k, BlinnNormals::new(n))
     }
 }
 

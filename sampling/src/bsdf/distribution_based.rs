@@ -1,5 +1,6 @@
 //! Reflection by a density of half vectors that the user draws.
 
+use super::fresnel::schlick;
 use super::parts::{Parts, TwoParts, scatters_in_two_parts};
 use super::v_cavities::Half;
 use super::{Arguments, Bsdf, BsdfModel, Domain, Lobes, Misfit, Parameter, Preset, Shared, Table, Tables, survival_of};
@@ -163,7 +164,7 @@ impl TwoParts for DistributionBased {
     fn parts(&self, wo: Vec3, wi: Vec3) -> Parts {
         let Some(half) = Half::of(wo, wi) else { return Parts::diffuse(Spectrum::ZERO) };
         let (p, pdf) = self.half_vectors.at(half.m);
-        let fresnel = self.reflectance + (Spectrum::ONE - self.reflectance) * (1.0 - half.cos).powi(5);
+        let fresnel = self.reflectance + (Spectrum::ONE - self.reflectance) * schlick(half.cos);
         Parts {
             diffuse: Spectrum::ZERO,
             glossy: fresnel * (self.half_vectors.scale * p / (wo.z + wi.z - wo.z * wi.z)),

@@ -98,6 +98,14 @@ fn transmittance_of_denser(n: f64) -> f64 {
     1.0 - reflected
 }
 
+/// (1 − cos θ)⁵: how far Schlick's approximation has risen from the reflectance at normal incidence to 1.
+#[inline]
+pub fn schlick(cos: f32) -> f32 {
+    let x = (1.0 - cos).max(0.0);
+    let x2 = x * x;
+    x2 * x2 * x
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -19,6 +19,7 @@ mod dielectric;
 mod distribution_based;
 mod fresnel;
 mod ggx;
+mod grooves;
 mod lafortune;
 mod lambert;
 mod lobes;
@@ -77,7 +78,8 @@ pub use rough_conductor::RoughConductor;
 pub use rough_dielectric::RoughDielectric;
 pub use rough_plastic::RoughPlastic;
 pub use shifted_gamma::ShiftedGamma;
-pub use table::{Shared, Table, Tables};
+use table::Tables;
+pub use table::{Shared, Table};
 pub use thin_glass::ThinGlass;
 pub use ward::Ward;
 

@@ -99,11 +99,6 @@ pub enum Argument {
 }
 
 impl Argument {
-    /// True if nothing was given.
-    pub fn is_absent(self) -> bool {
-        self == Self::Absent
-    }
-
     /// The number, if one was given.
     ///
     /// This and its likes panic if what was given is of another kind than the domain's.

@@ -4,7 +4,8 @@ mod settings;
 
 pub use settings::PrincipledSettings;
 
-use super::principled_lobes::{clearcoat_span, gtr1, sample_gtr1, schlick};
+use super::fresnel::schlick;
+use super::principled_lobes::{clearcoat_span, gtr1, sample_gtr1};
 use super::{
     Arguments, Bsdf, BsdfModel, BsdfSample, Ggx, Lobes, Misfit, Parameter, Preset, RoughDielectric, TransportMode,
     fresnel_dielectric, survival_of,

@@ -4,14 +4,6 @@ use crate::warp::sin_cos_turns;
 use glam::{Vec2, Vec3, vec3};
 use std::f32::consts::PI;
 
-/// (1 − cos)⁵, by which reflectances rise towards grazing in Schlick's approximation.
-#[inline]
-pub(super) fn schlick(cos: f32) -> f32 {
-    let x = (1.0 - cos).max(0.0);
-    let x2 = x * x;
-    x2 * x2 * x
-}
-
 /// The density D(m) of the clearcoat's normals: Trowbridge and Reitz's with the exponent 1 [Burley12, (4)], for α in (0, 1).
 #[inline]
 pub(super) fn gtr1(alpha: f32, m: Vec3) -> f32 {

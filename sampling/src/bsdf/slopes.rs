@@ -1,5 +1,6 @@
 //! Facets whose slopes are normally distributed, after Beckmann.
 
+use super::grooves::Facets;
 use super::parts::exp_of_minus;
 use crate::warp::sin_cos_turns;
 use glam::{Vec2, Vec3, vec3};
@@ -24,11 +25,13 @@ impl Slopes {
     pub fn is_anisotropic(&self) -> bool {
         self.alpha_x != self.alpha_y
     }
+}
 
+impl Facets for Slopes {
     /// The density of normals D(m) = exp(−(x²/α_x² + y²/α_y²)/z²) / (π α_x α_y z⁴) [1/sr], with ∫ D(m) cos θ_m dm = 1; 0
     /// below 10⁻³⁰ of the exponential.
     #[inline]
-    pub fn d(&self, m: Vec3) -> f32 {
+    fn d(&self, m: Vec3) -> f32 {
         let (x, y) = (m.x / (self.alpha_x * m.z), m.y / (self.alpha_y * m.z));
         let share = exp_of_minus(x * x + y * y);
         if share == 0.0 {
@@ -40,7 +43,7 @@ impl Slopes {
 
     /// A normal with the density D(m) cos θ_m.
     #[inline]
-    pub fn sample(&self, u: Vec2) -> Vec3 {
+    fn sample(&self, u: Vec2) -> Vec3 {
         let (sin, cos) = sin_cos_turns(u.x);
         let slope = (-(-u.y).ln_1p()).sqrt();
         vec3(self.alpha_x * slope * cos, self.alpha_y * slope * sin, 1.0).normalize()

@@ -96,12 +96,6 @@ impl Bsdf {
     }
 }
 
-impl<T> std::default::Default for Tables<T> {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

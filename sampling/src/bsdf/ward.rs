@@ -1,5 +1,6 @@
 //! Ward's elliptical highlights, with a bounded albedo.
 
+use super::grooves::Facets;
 use super::parts::{Parts, TwoParts, diffuse_share, lobes_of, scatters_in_two_parts, without_gain};
 use super::roughness::alphas;
 use super::slopes::Slopes;
