@@ -27,6 +27,7 @@
 //! 7. [`mis`]: the heuristics that combine sampling techniques.
 //! 8. [`moments`]: mergeable means, variances and covariances.
 //! 9. [`bsdf`]: the scattering models, one file a model, and the list of them.
+//! 10. [`tilted`]: a model about a normal that a map has tilted.
 //!
 //! # Sources
 //!
@@ -96,6 +97,8 @@
 //! - `[Rakic98]` A. D. Rakić et al.: *Optical properties of metallic films for vertical-cavity optoelectronic devices*,
 //!   Applied Optics 37, 1998.
 //! - `[Rusinkiewicz98]` S. M. Rusinkiewicz: *A new change of variables for efficient BRDF representation*, EGSR 1998.
+//! - `[Schussler17]` V. Schüßler, E. Heitz, J. Hanika, C. Dachsbacher: *Microfacet-based normal mapping for robust Monte Carlo path
+//!   tracing*, ACM Transactions on Graphics 36(6), 2017.
 //! - `[Shirley97]` P. Shirley, K. Chiu: *A low distortion map between disk and square*, JGT 2(3), 1997.
 //! - `[Steele14]` G. L. Steele, D. Lea, C. H. Flood: *Fast splittable pseudorandom number generators*, OOPSLA 2014.
 //! - `[Stokes1862]` G. G. Stokes: *On the intensity of the light reflected from or transmitted through a pile of plates*,
@@ -129,6 +132,7 @@ pub mod mis;
 pub mod moments;
 pub mod rng;
 pub mod sampler;
+pub mod tilted;
 pub mod warp;
 
 pub use glam::{Vec2, Vec3, vec2, vec3};
