@@ -24,6 +24,7 @@ const FAULTS: &[(&str, &str)] = &[
     ("environment_density_of_a_hemisphere", "scattering::once_by_a_ball_in_a_uniform_environment"),
     ("importance_with_cos_cubed", "splats::border_pixels_get_their_share"),
     ("adjoint_factor_missing", "shading_normals::coarse_spheres_with_smooth_normals"),
+    ("adjoint_factor_missing", "shading_normals::strong_relief_over_smooth_normals"),
     ("next_event_cosine_dropped", "irradiance::polygon"),
     ("order_off_by_one", "orders::furnace"),
     ("emission_counted_twice", "orders::furnace"),

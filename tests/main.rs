@@ -21,4 +21,5 @@ mod shading_normals;
 mod splats;
 mod statistics;
 mod support;
+mod textures;
 mod variants;

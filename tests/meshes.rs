@@ -29,8 +29,7 @@ fn room(lamp: Lamp) -> Scene {
     let flat = |origin: DVec3, u: DVec3, v: DVec3| MeshData {
         positions: vec![origin, origin + u, origin + u + v, origin + v],
         triangles: vec![[0, 1, 2], [0, 2, 3]],
-        normals: vec![],
-        uvs: vec![],
+        ..MeshData::default()
     };
     let back = |p: DVec3| mirror.transform_point3(p);
     let shape = match lamp {

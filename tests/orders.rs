@@ -59,7 +59,7 @@ fn tetrahedron(albedo: f32, emitted: f32) -> Scene {
     let corners = [dvec3(2., 2., 2.), dvec3(2., -2., -2.), dvec3(-2., 2., -2.), dvec3(-2., -2., 2.)];
     // The fronts look inwards.
     let triangles = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
-    let mesh = MeshData { positions: corners.to_vec(), triangles, normals: vec![], uvs: vec![] };
+    let mesh = MeshData { positions: corners.to_vec(), triangles, ..MeshData::default() };
     let inwards = (corners[2] - corners[0]).cross(corners[1] - corners[0]).dot(-corners[0]);
     assert!(inwards > 0.0);
     let walls = builder.mesh(mesh, wall);

@@ -86,6 +86,12 @@ impl<'a> Tilted<'a> {
         sum
     }
 
+    /// `eval` of all lobes and `pdf` in one call.
+    #[inline]
+    pub fn eval_pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> (Spectrum, f32) {
+        (self.eval(wo, wi, Lobes::ALL, mode), self.pdf(wo, wi, mode))
+    }
+
     /// Samples `wi`; None if the way that `uc` chooses is closed to `wo`, or ends below the surface.
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         let (o, _) = self.turned(wo, wo);

@@ -4,6 +4,7 @@ mod assemble;
 mod check;
 mod hash;
 mod parts;
+mod varying;
 
 pub use crate::camera::CameraSettings;
 pub use crate::emitter::Emission;
@@ -17,6 +18,7 @@ use crate::shape::Geometry;
 use glam::{DAffine3, DVec3};
 use sampling::filter::Filter;
 use sampling::math::Spectrum;
+use std::fmt;
 
 /// A scene under construction. Coordinates are `f64`; they are recentred, where the scene lies far from the origin, before
 /// they are rounded to `f32`. What is wrong with the parts is told by [`SceneBuilder::build`].
@@ -24,6 +26,7 @@ use sampling::math::Spectrum;
 pub struct SceneBuilder {
     name: String,
     materials: Vec<Material>,
+    material_names: Vec<MaterialName>,
     shapes: Vec<Shape>,
     points: Vec<(DVec3, Spectrum)>,
     environments: Vec<Spectrum>,
@@ -41,12 +44,38 @@ struct Shape {
     emission: Option<Emission>,
 }
 
+/// What messages call a material.
+#[derive(Clone, Debug)]
+pub(crate) struct MaterialName {
+    /// Its name, or its number.
+    pub name: String,
+    /// Where its file speaks of it, counted from 1.
+    pub line: Option<usize>,
+}
+
+impl MaterialName {
+    /// An error about it, at its line.
+    fn place(&self, error: SceneError) -> SceneError {
+        match self.line {
+            Some(line) => error.at_line(line),
+            None => error,
+        }
+    }
+}
+
+impl fmt::Display for MaterialName {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "material `{}`", self.name)
+    }
+}
+
 impl SceneBuilder {
     /// An empty scene.
     pub fn new(name: &str) -> Self {
         SceneBuilder {
             name: name.to_owned(),
             materials: Vec::new(),
+            material_names: Vec::new(),
             shapes: Vec::new(),
             points: Vec::new(),
             environments: Vec::new(),
@@ -57,7 +86,14 @@ impl SceneBuilder {
 
     /// Adds a material.
     pub fn material(&mut self, material: impl Into<Material>) -> MaterialId {
+        let name = MaterialName { name: self.materials.len().to_string(), line: None };
+        self.named_material(material, name)
+    }
+
+    /// Adds a material that messages call by its name.
+    pub(crate) fn named_material(&mut self, material: impl Into<Material>, name: MaterialName) -> MaterialId {
         self.materials.push(material.into());
+        self.material_names.push(name);
         MaterialId((self.materials.len() - 1) as u32)
     }
 

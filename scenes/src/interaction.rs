@@ -5,6 +5,7 @@ use crate::ray::SurfacePoint;
 use sampling::bsdf::{Bsdf, BsdfSample, Lobes, TransportMode};
 use sampling::fault;
 use sampling::math::{Frame, Spectrum};
+use sampling::tilted::Tilted;
 use sampling::{Vec2, Vec3};
 
 /// A point on a surface, with its frame and its BSDF resolved. Directions are in world space and point away from it.
@@ -20,18 +21,32 @@ pub struct Interaction {
     pub t: f32,
     /// Shading frame; its z axis is the shading normal, on the geometric normal's side.
     pub frame: Frame,
-    /// True if the shading normal may differ from the geometric one.
-    pub smooth: bool,
-    /// The mesh's own texture coordinates, or the triangle's barycentric ones; zero on spheres.
-    pub uv: Vec2,
+    /// How the normals that light scatters about differ from the geometric one.
+    pub normals: Normals,
     /// The scattering model at this point.
     pub bsdf: Bsdf,
     /// The emitter this surface belongs to.
     pub emitter: Option<EmitterId>,
 }
 
+/// How the normals that light scatters about differ from the geometric one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Normals {
+    /// Not at all.
+    Flat,
+    /// The shading normal does.
+    Smooth,
+    /// A map has tilted the normal of what reflects only.
+    Tilted {
+        /// The tilted normal, unit, in the shading frame; its z is positive.
+        normal: Vec3,
+        /// Whether the shading normal differs from the geometric one as well.
+        smooth: bool,
+    },
+}
+
 impl Interaction {
-    /// The shading normal.
+    /// The shading normal, to which cosines are taken; where a map has tilted it, [`Tilted`] knows by how much.
     #[inline]
     pub fn ns(&self) -> Vec3 {
         self.frame.z
@@ -48,7 +63,10 @@ impl Interaction {
     pub fn eval(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> Spectrum {
         let (local_o, local_i) = (self.frame.to_local(wo), self.frame.to_local(wi));
         match self.agreement(wo, wi, local_o, local_i, mode) {
-            Some(factor) => self.bsdf.eval(local_o, local_i, Lobes::ALL, mode) * factor,
+            Some(factor) => match self.tilted() {
+                None => self.bsdf.eval(local_o, local_i, Lobes::ALL, mode) * factor,
+                Some(tilted) => tilted.eval(local_o, local_i, Lobes::ALL, mode) * factor,
+            },
             None => Spectrum::ZERO,
         }
     }
@@ -58,7 +76,10 @@ impl Interaction {
     pub fn pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> f32 {
         let (local_o, local_i) = (self.frame.to_local(wo), self.frame.to_local(wi));
         match self.agreement(wo, wi, local_o, local_i, mode) {
-            Some(_) => self.bsdf.pdf(local_o, local_i, mode),
+            Some(_) => match self.tilted() {
+                None => self.bsdf.pdf(local_o, local_i, mode),
+                Some(tilted) => tilted.pdf(local_o, local_i, mode),
+            },
             None => 0.0,
         }
     }
@@ -69,7 +90,10 @@ impl Interaction {
         let (local_o, local_i) = (self.frame.to_local(wo), self.frame.to_local(wi));
         match self.agreement(wo, wi, local_o, local_i, mode) {
             Some(factor) => {
-                let (value, pdf) = self.bsdf.eval_pdf(local_o, local_i, mode);
+                let (value, pdf) = match self.tilted() {
+                    None => self.bsdf.eval_pdf(local_o, local_i, mode),
+                    Some(tilted) => tilted.eval_pdf(local_o, local_i, mode),
+                };
                 (value * factor, pdf)
             }
             None => (Spectrum::ZERO, 0.0),
@@ -82,7 +106,10 @@ impl Interaction {
     #[inline]
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         let local_o = self.frame.to_local(wo);
-        let mut sample = self.bsdf.sample(local_o, uc, u, mode)?;
+        let mut sample = match self.tilted() {
+            None => self.bsdf.sample(local_o, uc, u, mode)?,
+            Some(tilted) => tilted.sample(local_o, uc, u, mode)?,
+        };
         let local_i = sample.wi;
         sample.wi = self.frame.to_world(local_i);
         let factor = self.agreement(wo, sample.wi, local_o, local_i, mode)?;
@@ -90,12 +117,21 @@ impl Interaction {
         Some(sample)
     }
 
+    #[inline]
+    fn tilted(&self) -> Option<Tilted<'_>> {
+        match self.normals {
+            Normals::Flat | Normals::Smooth => None,
+            Normals::Tilted { normal, .. } => Some(Tilted::new(&self.bsdf, normal)),
+        }
+    }
+
     /// None if the shading and the geometric normal disagree about the side of a direction; else the adjoint factor,
     /// |wo·ns| |wi·ng| / (|wo·ng| |wi·ns|) where importance is carried \[Veach97, (5.19)\], 1 for radiance.
     #[inline]
     fn agreement(&self, wo: Vec3, wi: Vec3, local_o: Vec3, local_i: Vec3, mode: TransportMode) -> Option<f32> {
-        if !self.smooth {
-            return Some(1.0);
+        match self.normals {
+            Normals::Flat | Normals::Tilted { smooth: false, .. } => return Some(1.0),
+            Normals::Smooth | Normals::Tilted { smooth: true, .. } => {}
         }
         let (o_ng, i_ng) = (wo.dot(self.point.ng), wi.dot(self.point.ng));
         if !same_side(o_ng, local_o.z) || !same_side(i_ng, local_i.z) {
@@ -128,8 +164,7 @@ mod tests {
             point: SurfacePoint::on_surface(Vec3::ZERO, Vec3::Z, 0.0),
             t: 1.0,
             frame: Frame::from_z(ns.normalize()),
-            smooth: true,
-            uv: Vec2::ZERO,
+            normals: Normals::Smooth,
             bsdf,
             emitter: None,
         }

@@ -25,8 +25,10 @@ pub struct Needs {
     pub environment: bool,
     /// Some material or emission varies over its surface.
     pub textures: bool,
-    /// Some material is anisotropic, so that surfaces need tangents.
+    /// Some material is anisotropic or has relief, so that surfaces need tangents.
     pub tangents: bool,
+    /// Some material is not met everywhere, so that rays may pass surfaces.
+    pub masks: bool,
     /// Some surface has a Dirac part.
     pub delta_lobes: bool,
     /// Some surface has a part that isn't Dirac, so that connections can contribute.
@@ -59,6 +61,7 @@ impl Needs {
             ("environment", !self.environment),
             ("textures", !self.textures),
             ("tangents", !self.tangents),
+            ("masks", !self.masks),
             ("delta_lobes", !self.delta_lobes),
             ("connections", !self.non_delta_lobes),
             ("emitter_choice", !self.emitter_choice),

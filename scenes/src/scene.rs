@@ -1,6 +1,9 @@
 //! A scene, built: what integrators ask about the world.
 
-use crate::accel::{Accel, Hit};
+mod masks;
+mod shading;
+
+use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::emitter::{Emitter, EmitterChoice, EmitterId, Endpoint, EndpointKind, LeSample, LiSample};
 use crate::interaction::Interaction;
@@ -9,7 +12,7 @@ use crate::needs::Needs;
 use crate::ray::{Ray, SurfacePoint};
 use crate::surface::{Attributes, SphereInfo, Surface, TriangleInfo};
 use glam::DVec3;
-use sampling::math::{Frame, Spectrum};
+use sampling::math::Spectrum;
 use sampling::{Vec2, Vec3};
 
 /// A scene. It is made by a [`SceneBuilder`](crate::builder::SceneBuilder) and does not change, but for its camera.
@@ -54,13 +57,6 @@ pub struct BoundingSphere {
     pub radius: f32,
 }
 
-/// How a surface is shaded at a point.
-struct Shading {
-    ns: Vec3,
-    smooth: bool,
-    uv: Vec2,
-}
-
 /// How many of each thing a scene holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Counts {
@@ -96,54 +92,16 @@ impl Scene {
     /// The first surface point on the ray's interval (0, `t_max`).
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Interaction> {
+        if self.needs.masks {
+            return self.intersect_masked(ray);
+        }
         self.accel.closest(ray).map(|hit| self.interaction(hit))
     }
 
     /// Whether any surface is on the ray's interval (0, `t_max`).
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.accel.any(ray)
-    }
-
-    #[inline(always)]
-    fn interaction(&self, hit: Hit) -> Interaction {
-        match hit {
-            Hit::Sphere { t, id, at } => {
-                let info = &self.spheres[id as usize];
-                let surface = &self.surfaces[info.surface as usize];
-                let tangent = || info.pole.cross(at.ng);
-                self.finish(surface, at, t, Shading { ns: at.ng, smooth: false, uv: Vec2::ZERO }, tangent)
-            }
-            Hit::Triangle { t, id, p, b } => {
-                let info = &self.triangles[id as usize];
-                let surface = &self.surfaces[info.surface as usize];
-                let at = SurfacePoint::on_surface(p, info.ng, info.residual);
-                match surface.attributes {
-                    None => self.finish(surface, at, t, Shading { ns: info.ng, smooth: false, uv: b }, || Vec3::ZERO),
-                    Some(index) => {
-                        let attributes = &self.attributes[index as usize];
-                        let ns = attributes.normal(id, b, info.ng);
-                        let shading = Shading { ns, smooth: ns != info.ng, uv: attributes.uv(id, b) };
-                        self.finish(surface, at, t, shading, || attributes.tangent(id))
-                    }
-                }
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn finish(
-        &self,
-        surface: &Surface,
-        point: SurfacePoint,
-        t: f32,
-        Shading { ns, smooth, uv }: Shading,
-        tangent: impl Fn() -> Vec3,
-    ) -> Interaction {
-        let bsdf = self.materials[surface.material.0 as usize].bsdf_at(point.p);
-        let turned = self.needs.tangents && bsdf.is_anisotropic();
-        let frame = if turned { Frame::from_z_x(ns, tangent()) } else { Frame::from_z(ns) };
-        Interaction { point, t, frame, smooth, uv, bsdf, emitter: surface.emitter }
+        if self.needs.masks { self.intersect_masked(ray).is_some() } else { self.accel.any(ray) }
     }
 
     /// Radiance emitted at a surface point in direction `w` (unit, away from it); zero if it doesn't emit that way.

@@ -2,7 +2,10 @@
 
 use crate::emitter::EmitterId;
 use crate::material::MaterialId;
+use crate::relief::Derivatives;
+use sampling::math::Spectrum;
 use sampling::{Vec2, Vec3};
+use std::f32::consts::{FRAC_1_PI, PI};
 
 /// What a triangle has of its own.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +23,7 @@ pub(crate) struct TriangleInfo {
 pub(crate) struct Surface {
     pub material: MaterialId,
     pub emitter: Option<EmitterId>,
-    /// Its place among the meshes with vertex normals, texture coordinates or tangents.
+    /// Its place among the meshes with vertex normals, texture coordinates or colours.
     pub attributes: Option<u32>,
 }
 
@@ -29,11 +32,42 @@ pub(crate) struct Surface {
 pub(crate) struct SphereInfo {
     /// The surface it belongs to.
     pub surface: u32,
-    /// The axis about which its tangents run, eastwards; unit.
-    pub pole: Vec3,
+    /// True if its front is the inside.
+    pub flipped: bool,
+    /// Radius \[m\].
+    pub radius: f32,
+    /// Its own axes in the scene; unit. The last is the pole that v grows towards; u grows from the first to the second.
+    pub axes: [Vec3; 3],
 }
 
-/// Vertex normals and texture coordinates of a mesh, and the tangents of its triangles; each may be empty.
+impl SphereInfo {
+    /// The texture coordinates of the point with this front normal: the longitude over 2π in [0, 1), and the latitude, 0 at the
+    /// south pole and 1 at the north.
+    pub fn uv(&self, ng: Vec3) -> Vec2 {
+        let [x, y, z] = self.axes.map(|axis| axis.dot(self.outwards(ng)));
+        let longitude = y.atan2(x) * (0.5 * FRAC_1_PI);
+        let u = if longitude < 0.0 { (longitude + 1.0).min(1.0f32.next_down()) } else { longitude };
+        Vec2::new(u, 1.0 - z.clamp(-1.0, 1.0).acos() * FRAC_1_PI)
+    }
+
+    /// How that point moves with its texture coordinates; zero along u at the poles.
+    pub fn derivatives(&self, ng: Vec3) -> Derivatives {
+        let outwards = self.outwards(ng);
+        let pole = self.axes[2];
+        let mirrored = self.axes[0].cross(self.axes[1]).dot(pole) < 0.0;
+        // As long as the sine of the angle to the pole, and so is what remains of the pole across the normal.
+        let east = if mirrored { outwards.cross(pole) } else { pole.cross(outwards) };
+        let north = (pole - outwards * pole.dot(outwards)).normalize_or_zero();
+        Derivatives { dpdu: east * (2.0 * PI * self.radius), dpdv: north * (PI * self.radius) }
+    }
+
+    fn outwards(&self, ng: Vec3) -> Vec3 {
+        if self.flipped { -ng } else { ng }
+    }
+}
+
+/// Vertex normals, texture coordinates and colours of a mesh, and how its triangles move with texture coordinates; each may be
+/// empty.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Attributes {
     /// The id of the mesh's first triangle.
@@ -42,8 +76,10 @@ pub(crate) struct Attributes {
     pub triangles: Vec<[u32; 3]>,
     pub normals: Vec<Vec3>,
     pub uvs: Vec<Vec2>,
-    /// The direction in which u grows, of each triangle; only for anisotropic materials.
-    pub tangents: Vec<Vec3>,
+    /// Of the vertices.
+    pub colours: Vec<Spectrum>,
+    /// Of each triangle; only for materials that are anisotropic or have relief.
+    pub derivatives: Vec<Derivatives>,
 }
 
 impl Attributes {
@@ -62,10 +98,19 @@ impl Attributes {
         }
     }
 
-    /// The direction in which u grows on a triangle; zero where nothing is known of it.
+    /// How a triangle moves with its texture coordinates; zero where nothing is known of it.
     #[inline]
-    pub fn tangent(&self, id: u32) -> Vec3 {
-        self.tangents.get((id - self.first) as usize).copied().unwrap_or(Vec3::ZERO)
+    pub fn derivatives(&self, id: u32) -> Derivatives {
+        self.derivatives.get((id - self.first) as usize).copied().unwrap_or_default()
+    }
+
+    /// The colour of a triangle at barycentric coordinates `b`; white if the mesh has none.
+    pub fn colour(&self, id: u32, b: Vec2) -> Spectrum {
+        if self.colours.is_empty() {
+            return Spectrum::ONE;
+        }
+        let [c0, c1, c2] = self.triangles[(id - self.first) as usize].map(|vertex| self.colours[vertex as usize]);
+        c0 * (1.0 - b.x - b.y) + c1 * b.x + c2 * b.y
     }
 
     /// The texture coordinates of a triangle at barycentric coordinates `b`; these themselves if the mesh has none.
@@ -79,12 +124,11 @@ impl Attributes {
     }
 }
 
-/// The direction in which u grows on a triangle of these corners and texture coordinates; zero where it doesn't grow.
-pub(crate) fn tangent([p0, p1, p2]: [Vec3; 3], [uv0, uv1, uv2]: [Vec2; 3]) -> Vec3 {
+/// How a triangle of these corners moves with these texture coordinates; zero where they span nothing.
+pub(crate) fn derivatives([p0, p1, p2]: [Vec3; 3], [uv0, uv1, uv2]: [Vec2; 3]) -> Derivatives {
     let (d1, d2) = (uv1 - uv0, uv2 - uv0);
     let scale = d1.perp_dot(d2);
-    if scale == 0.0 {
-        return Vec3::ZERO;
-    }
-    (((p1 - p0) * d2.y - (p2 - p0) * d1.y) * scale.signum()).normalize_or_zero()
+    let (along_u, along_v) = ((p1 - p0) * d2.y - (p2 - p0) * d1.y, (p2 - p0) * d1.x - (p1 - p0) * d2.x);
+    let (dpdu, dpdv) = (along_u / scale, along_v / scale);
+    if dpdu.is_finite() && dpdv.is_finite() { Derivatives { dpdu, dpdv } } else { Derivatives::default() }
 }

@@ -1,10 +1,34 @@
 //! Values that vary over surfaces.
 
-use sampling::Vec3;
+mod image;
+mod noise;
+
+pub use image::{Channel, Encoding, Image, ImageTexture, Wrap};
+pub use noise::Noise;
+
 use sampling::math::Spectrum;
+use sampling::{Vec2, Vec3, vec2};
+
+/// Where on a surface a texture is read.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceCoordinates {
+    /// The point, in the scene's coordinates.
+    pub p: Vec3,
+    /// Texture coordinates.
+    pub uv: Vec2,
+    /// The colour of the mesh's vertices, interpolated; white where they have none.
+    pub colour: Spectrum,
+}
+
+impl SurfaceCoordinates {
+    /// A point of which nothing more is known: what ramps and noise are read at.
+    pub fn of(p: Vec3) -> Self {
+        Self { p, uv: Vec2::ZERO, colour: Spectrum::ONE }
+    }
+}
 
 /// A value given at every point of a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Texture {
     /// The same everywhere.
     Constant(Spectrum),
@@ -24,23 +48,85 @@ pub enum Texture {
         /// Length over which the value changes by `slope` \[m\].
         scale: f32,
     },
+    /// An image over the texture coordinates.
+    Image(ImageTexture),
+    /// Squares of two values over the texture coordinates, each ½ wide and high where `map` changes nothing: u and v from 0 to 1
+    /// hold two rows of two.
+    Checkerboard {
+        /// The value of the square at the origin and of those that touch its corners, and that of the others.
+        values: [Spectrum; 2],
+        /// Where in the pattern a point lies.
+        map: UvMap,
+    },
+    /// Gradient noise in position.
+    Noise(Noise),
+    /// The interpolated colours of the mesh's vertices.
+    VertexColour,
+}
+
+/// Places a pattern on a surface: `uv · scale + offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UvMap {
+    /// How often the pattern is repeated per unit of u and of v.
+    pub scale: Vec2,
+    /// Added after scaling.
+    pub offset: Vec2,
+}
+
+impl Default for UvMap {
+    fn default() -> Self {
+        Self { scale: Vec2::ONE, offset: Vec2::ZERO }
+    }
+}
+
+impl UvMap {
+    /// The place in the pattern.
+    #[inline]
+    pub fn at(&self, uv: Vec2) -> Vec2 {
+        uv * self.scale + self.offset
+    }
+
+    fn is_finite(&self) -> bool {
+        self.scale.is_finite() && self.offset.is_finite()
+    }
 }
 
 impl Texture {
     /// The value at a point.
     #[inline]
-    pub fn at(&self, p: Vec3) -> Spectrum {
-        match *self {
-            Texture::Constant(value) => value,
-            Texture::Ramp { base, slope, axis, origin, scale } => base + slope * ((p - origin).dot(axis) / scale),
+    pub fn at(&self, point: &SurfaceCoordinates) -> Spectrum {
+        match self {
+            Texture::Constant(value) => *value,
+            Texture::Ramp { base, slope, axis, origin, scale } => {
+                *base + *slope * ((point.p - *origin).dot(*axis) / *scale)
+            }
+            Texture::Image(image) => image.at(point.uv),
+            Texture::Checkerboard { values, map } => {
+                let cell = (map.at(point.uv) * 2.0).floor();
+                values[((cell.x + cell.y) as i64).rem_euclid(2) as usize]
+            }
+            Texture::Noise(noise) => noise.at(point.p),
+            Texture::VertexColour => point.colour,
         }
     }
 
-    /// The direction in which it changes, if it does.
+    /// The step in which its slope is measured: of the texture coordinates, and in metres.
+    pub fn step(&self) -> (Vec2, f32) {
+        const STEP: f32 = 1.0 / 512.0;
+        match self {
+            Texture::Image(image) => (image.half_texel(), STEP),
+            Texture::Checkerboard { map, .. } => (vec2(STEP, STEP) / map.scale, STEP),
+            Texture::Noise(noise) => (vec2(STEP, STEP), noise.finest() * STEP),
+            Texture::Ramp { scale, .. } => (vec2(STEP, STEP), scale.abs() * STEP),
+            Texture::Constant(_) | Texture::VertexColour => (vec2(STEP, STEP), STEP),
+        }
+    }
+
+    /// The direction in which it changes, if there is but one.
     pub fn axis(&self) -> Option<Vec3> {
         match self {
-            Texture::Constant(_) => None,
             Texture::Ramp { axis, .. } => axis.try_normalize(),
+            _ => None,
         }
     }
 
@@ -49,42 +135,76 @@ impl Texture {
         matches!(self, Texture::Constant(_))
     }
 
-    /// The least and the greatest value of any channel over a ball.
-    pub fn range_in_ball(&self, center: Vec3, radius: f32) -> (f32, f32) {
-        let middle = self.at(center).to_array();
-        let swing = match *self {
-            Texture::Constant(_) => [0.0; 3],
-            Texture::Ramp { slope, axis, scale, .. } => {
-                slope.to_array().map(|channel| (channel * axis.length() * radius / scale).abs())
-            }
-        };
-        let low = (0..3).map(|i| middle[i] - swing[i]).fold(f32::INFINITY, f32::min);
-        let high = (0..3).map(|i| middle[i] + swing[i]).fold(f32::NEG_INFINITY, f32::max);
-        (low, high)
+    /// Whether it is read by texture coordinates.
+    pub fn needs_uv(&self) -> bool {
+        matches!(self, Texture::Image(_) | Texture::Checkerboard { .. })
     }
 
-    /// True if every number in it is finite and the scale is not zero.
-    pub fn is_valid(&self) -> bool {
-        match *self {
-            Texture::Constant(value) => value.is_finite(),
+    /// The least and the greatest value of any channel, wherever it is read; None if that depends on the surface.
+    pub fn range(&self) -> Option<(Spectrum, Spectrum)> {
+        match self {
+            Texture::Constant(value) => Some((*value, *value)),
+            Texture::Ramp { .. } | Texture::VertexColour => None,
+            Texture::Image(image) => Some(image.range()),
+            Texture::Checkerboard { values: [a, b], .. } => Some((min(*a, *b), a.max(*b))),
+            Texture::Noise(noise) => Some((min(noise.low, noise.high), noise.low.max(noise.high))),
+        }
+    }
+
+    /// The least and the greatest value of any channel over a ball.
+    pub fn range_in_ball(&self, center: Vec3, radius: f32) -> (f32, f32) {
+        if let Some((low, high)) = self.range() {
+            return (least(low), high.max_component());
+        }
+        let middle = self.at(&SurfaceCoordinates::of(center));
+        let swing = match self {
+            Texture::Ramp { slope, axis, scale, .. } => (*slope * (axis.length() * radius / *scale)).abs(),
+            _ => Spectrum::ZERO,
+        };
+        (least(middle - swing), (middle + swing).max_component())
+    }
+
+    /// What is wrong with it, if anything is: a number that is not finite, a scale of zero.
+    pub fn fault(&self) -> Option<&'static str> {
+        let ramp = "has a ramp with a scale of 0 or a number that is not finite";
+        match self {
+            Texture::Constant(value) => (!value.is_finite()).then_some("is not finite"),
             Texture::Ramp { base, slope, axis, origin, scale } => {
-                base.is_finite()
-                    && slope.is_finite()
-                    && axis.is_finite()
-                    && origin.is_finite()
-                    && scale.is_finite()
-                    && scale != 0.0
+                let finite = base.is_finite() && slope.is_finite() && axis.is_finite() && origin.is_finite();
+                (!finite || !scale.is_finite() || *scale == 0.0).then_some(ramp)
             }
+            Texture::Image(image) => {
+                (!image.map.is_finite()).then_some("has an image placed by numbers that are not finite")
+            }
+            Texture::Checkerboard { values: [a, b], map } => {
+                let finite = a.is_finite() && b.is_finite() && map.is_finite();
+                (!finite).then_some("has a checkerboard of numbers that are not finite")
+            }
+            Texture::Noise(noise) => noise.fault(),
+            Texture::VertexColour => None,
         }
     }
 
     /// The same texture after the scene's coordinates have been shifted by `−shift`.
     pub(crate) fn recentred(mut self, shift: glam::DVec3) -> Self {
-        if let Texture::Ramp { origin, .. } = &mut self {
-            *origin = (origin.as_dvec3() - shift).as_vec3();
+        match &mut self {
+            Texture::Ramp { origin, .. } => *origin = (origin.as_dvec3() - shift).as_vec3(),
+            Texture::Noise(noise) => noise.origin -= shift,
+            _ => {}
         }
         self
     }
+}
+
+/// The lesser of each channel.
+fn min(a: Spectrum, b: Spectrum) -> Spectrum {
+    let (a, b) = (a.to_array(), b.to_array());
+    Spectrum::from([a[0].min(b[0]), a[1].min(b[1]), a[2].min(b[2])])
+}
+
+/// The least channel.
+fn least(value: Spectrum) -> f32 {
+    value.to_array().into_iter().fold(f32::INFINITY, f32::min)
 }
 
 impl From<Spectrum> for Texture {
@@ -100,23 +220,4 @@ impl From<f32> for Texture {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::test_support::ramp_z;
-    use sampling::vec3;
-
-    #[test]
-    fn a_ramp_is_linear_and_bounded_by_its_range() {
-        let ramp = ramp_z(Spectrum::splat(0.5), Spectrum::splat(0.4));
-        assert!((ramp.at(vec3(9.0, 9.0, 0.5)).to_array()[0] - 0.7).abs() < 1e-6);
-        let (low, high) = ramp.range_in_ball(Vec3::ZERO, 1.0);
-        assert!((low - 0.1).abs() < 1e-6 && (high - 0.9).abs() < 1e-6);
-    }
-
-    #[test]
-    fn recentring_moves_the_ramp_with_the_scene() {
-        let ramp = ramp_z(Spectrum::ZERO, Spectrum::ONE);
-        let moved = ramp.recentred(glam::dvec3(0.0, 0.0, 5.0));
-        assert_eq!(ramp.at(vec3(0.0, 0.0, 7.0)), moved.at(vec3(0.0, 0.0, 2.0)));
-    }
-}
+mod tests;

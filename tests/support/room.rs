@@ -28,5 +28,5 @@ pub fn block(builder: &mut SceneBuilder, low: DVec3, high: DVec3, material: Mate
     let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let triangles = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
     let positions = (0..8).map(corner).collect();
-    builder.mesh(MeshData { positions, triangles, normals: vec![], uvs: vec![] }, material);
+    builder.mesh(MeshData { positions, triangles, ..MeshData::default() }, material);
 }

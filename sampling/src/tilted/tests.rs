@@ -101,9 +101,8 @@ fn its_albedo_is_that_of_a_walk_in_the_groove() {
         for wo in [vec3(0.0, 0.0, 1.0), vec3(0.9, 0.1, 0.3), vec3(-0.9, 0.3, 0.1), vec3(0.2, -0.7, 0.6)] {
             let wo = wo.normalize();
             let side = 400;
-            let sum: f64 = hemisphere(side)
-                .map(|wi| f64::from(tilted.eval(wo, wi, Lobes::ALL, MODE).mean() * wi.z))
-                .sum();
+            let sum: f64 =
+                hemisphere(side).map(|wi| f64::from(tilted.eval(wo, wi, Lobes::ALL, MODE).mean() * wi.z)).sum();
             let albedo = sum * 2.0 * f64::from(PI) / f64::from(side * side);
             let (walked, error) = walked_albedo(normal, wo, 200_000);
             assert!((albedo - walked).abs() < 4.5 * error + 1e-3, "{normal} {wo}: {albedo} {walked} ± {error}");
@@ -143,7 +142,10 @@ fn the_density_is_that_of_its_samples() {
                     * 2.0
                     * f64::from(PI)
                     / f64::from(side * side);
-                assert!((mean - albedo).abs() < 5.0 * error + 1e-3, "{bsdf:?} {normal} {wo}: {mean} ± {error}, {albedo}");
+                assert!(
+                    (mean - albedo).abs() < 5.0 * error + 1e-3,
+                    "{bsdf:?} {normal} {wo}: {mean} ± {error}, {albedo}"
+                );
             }
         }
     }

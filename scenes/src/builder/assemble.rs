@@ -20,7 +20,11 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
     let shift = recentring(&builder.shapes);
     let settings = builder.camera.expect("checked");
     let camera = Camera::new(&settings, shift)?;
-    let mut parts = Parts { materials: materials(&builder.materials, shift, skip), ..Parts::default() };
+    let mut parts = Parts {
+        materials: materials(&builder.materials, shift, skip),
+        material_names: std::mem::take(&mut builder.material_names),
+        ..Parts::default()
+    };
     for (index, shape) in std::mem::take(&mut builder.shapes).into_iter().enumerate() {
         parts.add(shape, index, shift)?;
     }

@@ -6,7 +6,7 @@ use crate::material::Material;
 use crate::shape::Geometry;
 use crate::texture::Texture;
 use glam::DMat3;
-use sampling::bsdf::{Bsdf, Domain, Ggx};
+use sampling::bsdf::{Bsdf, Domain};
 use sampling::math::Spectrum;
 
 /// How far an albedo may exceed 1, for what rounding makes of exact numbers.
@@ -21,11 +21,13 @@ pub(super) fn check(builder: &SceneBuilder) -> Result<(), SceneError> {
     }
     for (index, material) in builder.materials.iter().enumerate() {
         match material {
-            Material::Constant(Bsdf::Lambert(lambert)) => check_albedo(lambert.albedo, &format!("material {index}"))?,
+            Material::Constant(Bsdf::Lambert(lambert)) => {
+                check_albedo(lambert.albedo, &builder.material_names[index].to_string())?;
+            }
             Material::Constant(_) => {}
             Material::Varying(varying) => {
-                if let Some((name, ..)) = varying.textures().find(|(.., texture)| !texture.is_valid()) {
-                    return Err(bad_texture(&format!("the {name} of material {index}")));
+                if let Some(fault) = varying.all_textures().find_map(Texture::fault) {
+                    return Err(bad_texture(&builder.material_names[index].to_string(), fault));
                 }
             }
         }
@@ -95,13 +97,15 @@ fn check_shape(shape: &Shape, name: &str, materials: usize) -> Result<(), SceneE
         }
         Geometry::Mesh(mesh) => mesh.check().map_err(|error| renamed(error, name))?,
     }
-    match &shape.emission {
-        Some(emission) if !emission.radiance.is_valid() => Err(bad_texture(&format!("the radiance of {name}"))),
-        Some(emission) => match emission.radiance {
-            Texture::Constant(value) => check_light(value, &format!("the radiance of {name}")),
-            Texture::Ramp { .. } => Ok(()),
-        },
-        None => Ok(()),
+    let Some(radiance) = shape.emission.as_ref().map(|emission| &emission.radiance) else { return Ok(()) };
+    let name = &format!("the radiance of {name}");
+    if let Some(fault) = radiance.fault() {
+        return Err(bad_texture(name, fault));
+    }
+    match radiance {
+        Texture::Constant(value) => check_light(*value, name),
+        Texture::Ramp { .. } => Ok(()),
+        _ => Err(SceneError::invalid(format!("{name} is neither a colour nor a ramp"), "give one of these")),
     }
 }
 
@@ -135,20 +139,6 @@ pub(super) fn check_domain(value: Spectrum, domain: Domain, parameter: &str, nam
     Err(SceneError::invalid(message, format!("keep it {domain}")))
 }
 
-/// A roughness that varies may not run through the widths that `f32` cannot resolve, to smoothness.
-pub(super) fn check_roughness(value: Spectrum, parameter: &str, name: &str) -> Result<(), SceneError> {
-    let least = match parameter {
-        "roughness" => Ggx::MIN_ALPHA.sqrt(),
-        "alpha" | "alpha_x" | "alpha_y" => Ggx::MIN_ALPHA,
-        _ => return Ok(()),
-    };
-    if value.mean() >= least {
-        return Ok(());
-    }
-    let message = format!("the {parameter} of {name} falls to {:?}", value.mean());
-    Err(SceneError::invalid(message, format!("keep it at {least} or above where it varies")))
-}
-
 /// Emitted light must be finite and not negative.
 pub(super) fn check_light(value: Spectrum, name: &str) -> Result<(), SceneError> {
     if value.to_array().into_iter().all(|channel| channel.is_finite() && channel >= 0.0) {
@@ -158,11 +148,8 @@ pub(super) fn check_light(value: Spectrum, name: &str) -> Result<(), SceneError>
     Err(SceneError::invalid(message, "give finite numbers that are not negative"))
 }
 
-fn bad_texture(name: &str) -> SceneError {
-    SceneError::invalid(
-        format!("{name} has a ramp with a scale of 0 or a number that is not finite"),
-        "give finite numbers",
-    )
+fn bad_texture(name: &str, fault: &str) -> SceneError {
+    SceneError::invalid(format!("{name} {fault}"), "give finite numbers, and sizes above 0")
 }
 
 fn not_finite(name: &str) -> SceneError {

@@ -38,8 +38,8 @@ pub(super) fn hash(content: &Content) -> String {
         attributes.normals.iter().for_each(|n| hasher.floats(n.to_array()));
         hasher.section("uvs", attributes.uvs.len());
         attributes.uvs.iter().for_each(|uv| hasher.floats(uv.to_array()));
-        hasher.section("tangents", attributes.tangents.len());
-        attributes.tangents.iter().for_each(|tangent| hasher.floats(tangent.to_array()));
+        hasher.section("colours", attributes.colours.len());
+        attributes.colours.iter().for_each(|colour| hasher.floats(colour.to_array()));
     }
     hasher.listing("spheres", content.spheres);
     hasher.listing("surfaces of spheres", content.sphere_infos);
@@ -49,7 +49,7 @@ pub(super) fn hash(content: &Content) -> String {
     for emitter in content.emitters {
         match emitter {
             // The triangles have been counted already.
-            Emitter::Area(area) => hasher.listing("area", &[area.emission]),
+            Emitter::Area(area) => hasher.listing("area", std::slice::from_ref(&area.emission)),
             other => hasher.listing("other", std::slice::from_ref(other)),
         }
     }

@@ -1,22 +1,23 @@
 //! The parts of a scene while it is put together.
 
-use super::Shape;
-use super::check::{check_domain, check_light, check_roughness, similarity_scale};
+use super::check::{check_light, similarity_scale};
 use super::hash::Content;
+use super::varying::{Looked, look};
+use super::{MaterialName, Shape};
 use crate::accel::FEW;
 use crate::camera::Camera;
 use crate::emitter::{AreaEmitter, AreaShape, Emission, Emitter, EmitterId};
 use crate::error::SceneError;
-use crate::material::{Material, MaterialId, Varying};
+use crate::material::Material;
 use crate::needs::{Needs, Skip};
 use crate::scene::BoundingSphere;
 use crate::shape::{BakedMesh, Geometry, MeshData, Parallelogram, Sphere, Triangle, bake_mesh};
-use crate::surface::{Attributes, SphereInfo, Surface, TriangleInfo, tangent};
-use crate::texture::Texture;
+use crate::surface::{Attributes, SphereInfo, Surface, TriangleInfo, derivatives};
+use crate::texture::{SurfaceCoordinates, Texture};
 use glam::DVec3;
-use sampling::Vec3;
-use sampling::bsdf::{Bsdf, Lobes};
+use sampling::bsdf::Lobes;
 use sampling::math::Spectrum;
+use sampling::{Vec2, Vec3};
 use std::ops::Range;
 
 /// Coordinates beyond this would overflow when multiplied \[m\].
@@ -26,6 +27,7 @@ const FARTHEST: f32 = 1e15;
 #[derive(Default)]
 pub(super) struct Parts {
     pub materials: Vec<Material>,
+    pub material_names: Vec<MaterialName>,
     pub triangles: Vec<Triangle>,
     pub infos: Vec<TriangleInfo>,
     pub spheres: Vec<Sphere>,
@@ -38,9 +40,9 @@ pub(super) struct Parts {
 }
 
 /// Where the surface of a shape went.
-enum Placed {
+pub(super) enum Placed {
     Sphere(Sphere),
-    Quad { quad: Parallelogram, range: Range<usize>, along_u: Vec3 },
+    Quad { quad: Parallelogram, range: Range<usize> },
     Mesh(Range<usize>),
 }
 
@@ -48,20 +50,29 @@ impl Parts {
     /// Adds a shape: its surface, and its emitter if it emits.
     pub fn add(&mut self, shape: Shape, index: usize, shift: DVec3) -> Result<(), SceneError> {
         let name = shape.name(index);
-        let (material, emission) = (shape.material, shape.emission);
+        let (material, emission) = (shape.material, shape.emission.clone());
         let attributes_before = self.attributes.len();
         let placed = self.place(shape, &name, shift)?;
-        self.check_material(material, &placed, &name)?;
-        if self.materials[material.0 as usize].is_anisotropic() {
-            self.add_tangents(&placed, attributes_before);
+        if let Material::Varying(varying) = &self.materials[material.0 as usize] {
+            let surface = Looked::new(self, &placed, attributes_before);
+            let seen = look(varying, &surface, &self.material_names[material.0 as usize], &name)?;
+            self.materials[material.0 as usize].include(&seen);
+        }
+        if emission.is_some() && self.materials[material.0 as usize].is_masked() {
+            return Err(SceneError::invalid(
+                format!("{name} emits, but its material has an `opacity`"),
+                "give what emits a material without one",
+            ));
+        }
+        if self.materials[material.0 as usize].needs_derivatives() {
+            self.add_derivatives(&placed, attributes_before);
         }
         let emitter = match emission {
             None => None,
             Some(given) => {
                 let emission = Emission { radiance: given.radiance.recentred(shift), ..given };
-                self.check_over(&placed, &emission.radiance, |value| {
-                    check_light(value, &format!("the radiance of {name}"))
-                })?;
+                let ends = Looked::new(self, &placed, attributes_before).ends(&emission.radiance);
+                ends.into_iter().try_for_each(|value| check_light(value, &format!("the radiance of {name}")))?;
                 self.emitters.push(Emitter::Area(self.area_emitter(&placed, emission, &name)?));
                 Some(EmitterId((self.emitters.len() - 1) as u32))
             }
@@ -72,20 +83,27 @@ impl Parts {
     }
 
     fn place(&mut self, shape: Shape, name: &str, shift: DVec3) -> Result<Placed, SceneError> {
-        let Shape { geometry, transform, flipped, .. } = shape;
+        let Shape { geometry, transform, flipped, material, .. } = shape;
         match geometry {
             Geometry::Sphere { center, radius } => {
                 let scale = similarity_scale(&transform.matrix3).expect("checked before");
                 let center = (transform.transform_point3(center) - shift).as_vec3();
                 let sphere = Sphere { center, radius: (radius * scale) as f32, flipped };
                 self.spheres.push(sphere);
-                let pole = transform.transform_vector3(DVec3::Z).normalize_or(DVec3::Z).as_vec3();
-                self.sphere_infos.push(SphereInfo { surface: self.surfaces.len() as u32, pole });
+                let axis = |axis: DVec3| transform.transform_vector3(axis).normalize_or(axis).as_vec3();
+                let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(axis);
+                let surface = self.surfaces.len() as u32;
+                self.sphere_infos.push(SphereInfo { surface, flipped, radius: sphere.radius, axes });
                 Ok(Placed::Sphere(sphere))
             }
             Geometry::Quad { origin, edge_u, edge_v } => {
                 let positions = vec![origin, origin + edge_u, origin + edge_u + edge_v, origin + edge_v];
-                let mesh = MeshData { positions, triangles: vec![[0, 1, 2], [0, 2, 3]], ..MeshData::default() };
+                let material = &self.materials[material.0 as usize];
+                let uvs = match material.varying().is_some() || material.needs_derivatives() {
+                    true => vec![Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y],
+                    false => Vec::new(),
+                };
+                let mesh = MeshData { positions, triangles: vec![[0, 1, 2], [0, 2, 3]], uvs, ..MeshData::default() };
                 let baked = bake_mesh(mesh, &transform, flipped, shift);
                 let [normal_a, normal_b] = baked.fronts[..] else {
                     return Err(SceneError::invalid(
@@ -95,8 +113,7 @@ impl Parts {
                 };
                 let [first, second] = [baked.triangle(0).0, baked.triangle(1).0];
                 let quad = parallelogram(first, second, [normal_a, normal_b]);
-                let along_u = transform.transform_vector3(edge_u).normalize_or_zero().as_vec3();
-                Ok(Placed::Quad { quad, range: self.add_mesh(baked), along_u })
+                Ok(Placed::Quad { quad, range: self.add_mesh(baked) })
             }
             Geometry::Mesh(mesh) => Ok(Placed::Mesh(self.add_mesh(bake_mesh(mesh, &transform, flipped, shift)))),
         }
@@ -113,39 +130,35 @@ impl Parts {
             surface,
         }));
         self.degenerate += mesh.degenerate;
-        if !mesh.normals.is_empty() || !mesh.uvs.is_empty() {
-            let BakedMesh { triangles, normals, uvs, .. } = mesh;
-            self.attributes.push(Attributes { first: first as u32, triangles, normals, uvs, tangents: Vec::new() });
+        if !mesh.normals.is_empty() || !mesh.uvs.is_empty() || !mesh.colours.is_empty() {
+            let BakedMesh { triangles, normals, uvs, colours, .. } = mesh;
+            let derivatives = Vec::new();
+            self.attributes.push(Attributes { first: first as u32, triangles, normals, uvs, colours, derivatives });
         }
         first..self.triangles.len()
     }
 
-    /// Gives the triangles of a surface their tangents, if anything is known of them; `index` is the place of its attributes.
-    fn add_tangents(&mut self, placed: &Placed, index: usize) {
-        match placed {
-            Placed::Sphere(_) => {}
-            Placed::Quad { range, along_u, .. } => {
-                let tangents = vec![*along_u; range.len()];
-                self.attributes.push(Attributes { first: range.start as u32, tangents, ..Attributes::default() });
-            }
-            Placed::Mesh(range) => {
-                let triangles = &self.triangles[range.clone()];
-                if let Some(attributes) = self.attributes.get_mut(index).filter(|attributes| !attributes.uvs.is_empty())
-                {
-                    let corners = attributes.triangles.iter().map(|t| t.map(|vertex| attributes.uvs[vertex as usize]));
-                    attributes.tangents = triangles.iter().zip(corners).map(|(t, uvs)| tangent(t.0, uvs)).collect();
-                }
-            }
-        }
+    /// Lets the triangles of a surface know how they move with their texture coordinates, if they have any; `index` is the place of
+    /// its attributes.
+    fn add_derivatives(&mut self, placed: &Placed, index: usize) {
+        let (Placed::Quad { range, .. } | Placed::Mesh(range)) = placed else { return };
+        let Some(attributes) = self.attributes.get_mut(index).filter(|attributes| !attributes.uvs.is_empty()) else {
+            return;
+        };
+        let corners = attributes.triangles.iter().map(|t| t.map(|vertex| attributes.uvs[vertex as usize]));
+        let triangles = &self.triangles[range.clone()];
+        attributes.derivatives = triangles.iter().zip(corners).map(|(t, uvs)| derivatives(t.0, uvs)).collect();
     }
 
     fn area_emitter(&self, placed: &Placed, emission: Emission, name: &str) -> Result<AreaEmitter, SceneError> {
         let radiance = &emission.radiance;
         let (shape, area, mean_radiance) = match placed {
             // A ramp is linear, so that its mean over a sphere or a triangle is its value in the middle.
-            Placed::Sphere(sphere) => {
-                (AreaShape::Sphere(*sphere), f64::from(sphere.area()), radiance.at(sphere.center))
-            }
+            Placed::Sphere(sphere) => (
+                AreaShape::Sphere(*sphere),
+                f64::from(sphere.area()),
+                radiance.at(&SurfaceCoordinates::of(sphere.center)),
+            ),
             Placed::Quad { quad, range, .. } => {
                 let (area, mean) = area_and_mean(&self.triangles[range.clone()], radiance);
                 (AreaShape::Quad(*quad), area, mean)
@@ -175,61 +188,6 @@ impl Parts {
             })
             .collect();
         AreaShape::Mesh { triangles, cumulative }
-    }
-
-    /// Checks a material that varies where its textures are largest and smallest on a surface, and notes its lobes there.
-    fn check_material(&mut self, id: MaterialId, placed: &Placed, name: &str) -> Result<(), SceneError> {
-        let Material::Varying(mut varying) = self.materials[id.0 as usize].clone() else { return Ok(()) };
-        for (parameter, domain, texture) in varying.textures() {
-            self.check_over(placed, texture, |value| check_domain(value, domain, parameter, name))?;
-            self.check_over(placed, texture, |value| check_roughness(value, parameter, name))?;
-        }
-        let ramps: Vec<Vec3> = varying.textures().filter_map(|(.., texture)| texture.axis()).collect();
-        let mut try_with = |value: &dyn Fn(&Texture) -> Spectrum| match varying.with(value) {
-            Ok(bsdf) => {
-                varying.include(&bsdf);
-                check_fixed(&varying, &bsdf, name)
-            }
-            Err(misfit) => Err(SceneError::invalid(
-                format!("the material of {name} has a bad `{}`", misfit.parameter),
-                misfit.mend,
-            )),
-        };
-        match placed {
-            Placed::Sphere(sphere) => {
-                let axes = ramps.into_iter().chain([Vec3::X, Vec3::Y, Vec3::Z, Vec3::ONE.normalize()]);
-                let points = axes.flat_map(|axis| [axis, -axis]).map(|axis| sphere.center + axis * sphere.radius);
-                points.into_iter().try_for_each(|point| try_with(&|texture| texture.at(point)))?;
-            }
-            Placed::Quad { range, .. } | Placed::Mesh(range) => {
-                let vertices = self.triangles[range.clone()].iter().flat_map(|t| t.0);
-                vertices.into_iter().try_for_each(|vertex| try_with(&|texture| texture.at(vertex)))?;
-            }
-        }
-        self.materials[id.0 as usize] = Material::Varying(varying);
-        Ok(())
-    }
-
-    /// Checks a texture where it is largest and smallest on a surface: it is linear.
-    fn check_over(
-        &self,
-        placed: &Placed,
-        texture: &Texture,
-        check: impl Fn(Spectrum) -> Result<(), SceneError>,
-    ) -> Result<(), SceneError> {
-        match placed {
-            Placed::Sphere(sphere) => {
-                let (low, high) = texture.range_in_ball(sphere.center, sphere.radius);
-                check(Spectrum::splat(low)).and_then(|()| check(Spectrum::splat(high)))
-            }
-            Placed::Quad { range, .. } | Placed::Mesh(range) => match texture {
-                Texture::Constant(value) => check(*value),
-                Texture::Ramp { .. } => self.triangles[range.clone()]
-                    .iter()
-                    .flat_map(|t| t.0)
-                    .try_for_each(|vertex| check(texture.at(vertex))),
-            },
-        }
     }
 
     /// Coordinates must stay where their products are finite.
@@ -275,7 +233,8 @@ impl Parts {
         Needs {
             skip,
             environment: everything || self.emitters.iter().any(|e| matches!(e, Emitter::Environment(_))),
-            tangents: everything || used().any(Material::is_anisotropic),
+            tangents: everything || used().any(Material::needs_derivatives),
+            masks: everything || used().any(Material::is_masked),
             textures: everything || used().any(Material::is_textured) || self.emitters.iter().any(textured),
             delta_lobes: everything || has(Lobes::DELTA),
             non_delta_lobes: everything || has(Lobes::NON_DELTA),
@@ -320,23 +279,12 @@ fn parallelogram(first: [Vec3; 3], second: [Vec3; 3], normals: [Vec3; 2]) -> Par
     Parallelogram { corners: [first[0], second[1], first[1], first[2]], normals: [normals[1], normals[0]] }
 }
 
-/// What a model has tables for, and the index of what light goes through, has one value all over a surface.
-fn check_fixed(varying: &Varying, bsdf: &Bsdf, name: &str) -> Result<(), SceneError> {
-    let Some((parameter, ..)) = varying.textures().find(|(parameter, ..)| bsdf.fixed().contains(parameter)) else {
-        return Ok(());
-    };
-    Err(SceneError::invalid(
-        format!("the `{parameter}` of {name} varies, but must be the same all over it"),
-        "give a number; a roughness may vary with the distributions ggx and beckmann, without compensation",
-    ))
-}
-
 fn area_and_mean(triangles: &[Triangle], radiance: &Texture) -> (f64, Spectrum) {
     let area: f64 = triangles.iter().map(Triangle::area).sum();
     let mut mean = [0.0f64; 3];
     for triangle in triangles {
         let share = triangle.area() / area;
-        for (sum, value) in mean.iter_mut().zip(radiance.at(triangle.centroid()).to_array()) {
+        for (sum, value) in mean.iter_mut().zip(radiance.at(&SurfaceCoordinates::of(triangle.centroid())).to_array()) {
             *sum += share * f64::from(value);
         }
     }

@@ -176,7 +176,8 @@ fn needs_say_what_a_scene_asks_and_nothing_is_skipped_when_told_so() {
     let needs = build(Skip::Unneeded).needs;
     assert!(needs.only_lambertian && needs.few_primitives && needs.hittable_emitters && !needs.emitter_choice);
     assert_eq!((needs.primitives, needs.emitters), (12, 1));
-    let skipped = ["environment", "textures", "tangents", "delta_lobes", "emitter_choice", "delta_emitters", "bvh"];
+    let skipped =
+        ["environment", "textures", "tangents", "masks", "delta_lobes", "emitter_choice", "delta_emitters", "bvh"];
     assert_eq!(needs.skipped(), skipped);
     let all = build(Skip::Nothing).needs;
     assert!(all.skipped().is_empty());
@@ -247,8 +248,8 @@ fn tangents_run_along_u() {
                 let mesh = MeshData {
                     positions: vec![dvec3(-2.0, -2.0, 0.0), dvec3(2.0, -2.0, 0.0), dvec3(0.0, 4.0, 0.0)],
                     triangles: vec![[0, 1, 2]],
-                    normals: Vec::new(),
                     uvs: vec![vec2(0.0, 0.0), vec2(1.0, 0.0), vec2(0.5, 1.5)],
+                    ..MeshData::default()
                 };
                 let mesh = builder.mesh(mesh, material);
                 builder.transform(mesh, turned);

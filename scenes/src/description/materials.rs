@@ -1,17 +1,21 @@
 //! `[materials.NAME]` of scene files.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use sampling::bsdf::{Argument, Arguments, Bsdf, Domain, Misfit, Parameter, Preset};
+use sampling::math::Spectrum;
 
 use super::kind;
 use super::reader::{Table, Value};
-use crate::builder::SceneBuilder;
+use super::textures::Textures;
+use crate::builder::{MaterialName, SceneBuilder};
 use crate::error::SceneError;
 use crate::material::{Material, MaterialId, Varying};
+use crate::relief::Relief;
 use crate::suggest::did_you_mean;
-use crate::texture::Texture;
+use crate::texture::{Encoding, Texture};
 
 /// The materials of a scene file by name.
 pub(super) struct Materials<'a> {
@@ -29,10 +33,7 @@ impl Materials<'_> {
 
     /// A material whose parameters vary.
     pub fn varying(&self, name: &str) -> Option<&Varying> {
-        match &self.by_name.get(name)?.1 {
-            Material::Varying(varying) => Some(varying),
-            Material::Constant(_) => None,
-        }
+        self.by_name.get(name)?.1.varying()
     }
 }
 
@@ -52,8 +53,9 @@ pub(super) fn read<'a>(
     let mut by_name = BTreeMap::new();
     let reader = Reader::new(root, folder)?;
     for (name, table) in &reader.tables {
-        let material = reader.material(table, &mut vec![*name])?;
-        by_name.insert(*name, (builder.material(material.clone()), material));
+        let material = reader.named(name, table, &mut vec![*name])?;
+        let in_messages = MaterialName { name: (*name).to_owned(), line: Some(table.line()) };
+        by_name.insert(*name, (builder.named_material(material.clone(), in_messages), material));
     }
     Ok(Materials { by_name })
 }
@@ -64,7 +66,7 @@ pub(super) fn constant(root: &Table, name: &str) -> Result<Bsdf, SceneError> {
     let Some((name, table)) = reader.tables.iter().find(|(other, _)| *other == name) else {
         return Err(root.error(format!("there is no material `{name}`"), format!("add a table `[materials.{name}]`")));
     };
-    match reader.material(table, &mut vec![*name])? {
+    match reader.named(name, table, &mut vec![*name])? {
         Material::Constant(bsdf) => Ok(bsdf),
         Material::Varying(_) => Err(table.error(format!("`{name}` varies"), "give numbers instead of textures")),
     }
@@ -75,21 +77,37 @@ struct Reader<'a, 'f> {
     /// In the order of the file.
     tables: Vec<(&'a str, Table<'a>)>,
     folder: Option<&'f Path>,
+    textures: Textures<'f>,
+    /// Those that have been read.
+    known: RefCell<BTreeMap<&'a str, Material>>,
 }
+
+/// What every material understands beside its model's parameters.
+const COMMON: [&str; 4] = ["type", "normal_map", "bump_map", "opacity"];
 
 impl<'a, 'f> Reader<'a, 'f> {
     fn new(root: &Table<'a>, folder: Option<&'f Path>) -> Result<Self, SceneError> {
         let entries = root.get("materials").map(|value| value.table()).transpose()?.map(|table| table.entries());
         let tables = entries.unwrap_or_default().into_iter().map(|(name, value)| Ok((name, value.table()?)));
-        Ok(Self { tables: tables.collect::<Result<_, SceneError>>()?, folder })
+        let tables = tables.collect::<Result<_, SceneError>>()?;
+        Ok(Self { tables, folder, textures: Textures::new(folder), known: RefCell::default() })
     }
 
-    /// Reads one material: its `type` is the name of a model, its other keys are that model's parameters. `within` are the
-    /// names of the materials that are being read.
+    /// The material of this name and table, read once. `within` are the names of the materials that are being read.
+    fn named(&self, name: &'a str, table: &Table<'a>, within: &mut Vec<&'a str>) -> Result<Material, SceneError> {
+        if let Some(material) = self.known.borrow().get(name) {
+            return Ok(material.clone());
+        }
+        let material = self.material(table, within)?;
+        self.known.borrow_mut().insert(name, material.clone());
+        Ok(material)
+    }
+
+    /// Reads one material: its `type` is the name of a model, its other keys are that model's parameters and [`COMMON`] ones.
     fn material(&self, table: &Table<'a>, within: &mut Vec<&'a str>) -> Result<Material, SceneError> {
         let names: Vec<&str> = Bsdf::MODELS.iter().map(|model| model.name).collect();
         let model = Bsdf::model(kind(table, &names)?).expect("its name is in the list");
-        let keys: Vec<&str> = std::iter::once("type").chain(model.parameters.iter().map(|p| p.name)).collect();
+        let keys: Vec<&str> = COMMON.into_iter().chain(model.parameters.iter().map(|p| p.name)).collect();
         table.allow_only(&keys)?;
         let mut arguments = Arguments::presets(model.parameters);
         let mut textures = Vec::new();
@@ -100,10 +118,36 @@ impl<'a, 'f> Reader<'a, 'f> {
                 None => {}
             }
         }
-        if !textures.is_empty() {
-            return Ok(Varying::new(model, arguments, textures).into());
+        let (relief, opacity) = (self.relief(table)?, self.opacity(table)?);
+        if textures.is_empty() {
+            let bsdf = (model.from_arguments)(&arguments).map_err(|misfit| misfit_error(table, &misfit))?;
+            if relief.is_none() && opacity.is_none() {
+                return Ok(bsdf.into());
+            }
         }
-        (model.from_arguments)(&arguments).map(Material::from).map_err(|misfit| misfit_error(table, &misfit))
+        let mut varying = Varying::new(model, arguments, textures);
+        (varying.relief, varying.opacity) = (relief, opacity);
+        Ok(varying.into())
+    }
+
+    /// `normal_map`, or `bump_map` \[m\].
+    fn relief(&self, table: &Table<'a>) -> Result<Option<Relief>, SceneError> {
+        match (table.get("normal_map"), table.get("bump_map")) {
+            (None, None) => Ok(None),
+            (Some(normals), None) => {
+                let texture = self.textures.read(&normals, Encoding::Linear)?;
+                Ok(Some(Relief::Normals(within_domain(&normals, texture, Domain::Colour(0.0, 1.0))?)))
+            }
+            (None, Some(heights)) => Ok(Some(Relief::Heights(self.textures.read(&heights, Encoding::Linear)?))),
+            (Some(_), Some(bump)) => Err(bump.error("there is a `normal_map` as well; keep one of the two")),
+        }
+    }
+
+    fn opacity(&self, table: &Table<'a>) -> Result<Option<Texture>, SceneError> {
+        let Some(value) = table.get("opacity") else { return Ok(None) };
+        let opacity = within_domain(&value, self.textures.read(&value, Encoding::Linear)?, Domain::Number(0.0, 1.0))?;
+        // What is opaque everywhere needs no mask.
+        Ok((opacity != Texture::Constant(Spectrum::ONE)).then_some(opacity))
     }
 
     fn argument(
@@ -122,7 +166,10 @@ impl<'a, 'f> Reader<'a, 'f> {
         let wrong = || value.error(format!("it must be {} ({})", parameter.domain, parameter.about));
         match parameter.domain {
             Domain::Number(..) | Domain::Colour(..) if value.is_table() => {
-                texture(&value).map(Given::Texture).map(Some)
+                let bytes =
+                    if matches!(parameter.domain, Domain::Colour(..)) { Encoding::Srgb } else { Encoding::Linear };
+                let texture = self.textures.read(&value, bytes)?;
+                Ok(Some(Given::Texture(within_domain(&value, texture, parameter.domain)?)))
             }
             Domain::Number(..) => {
                 let x = value.number()? as f32;
@@ -173,12 +220,22 @@ impl<'a, 'f> Reader<'a, 'f> {
             return Err(value.error(format!("a material cannot contain itself: {} → {name}", within.join(" → "))));
         }
         within.push(name);
-        let material = self.material(table, within)?;
+        let material = self.named(name, table, within)?;
         within.pop();
         match material {
             Material::Constant(bsdf) => Ok(bsdf.kept()),
             Material::Varying(_) => Err(value.error("it must be the name of a material that doesn't vary")),
         }
+    }
+}
+
+/// The texture, if what is known of its values is in the domain.
+fn within_domain(value: &Value, texture: Texture, domain: Domain) -> Result<Texture, SceneError> {
+    let Some((low, high)) = texture.range() else { return Ok(texture) };
+    let outside = |colour: &Spectrum| colour.to_array().into_iter().find(|channel| !domain.holds(*channel));
+    match [low, high].iter().find_map(outside) {
+        None => Ok(texture),
+        Some(number) => Err(value.error(format!("it reaches {number}; keep it {domain}"))),
     }
 }
 
@@ -193,25 +250,4 @@ fn misfit_error(table: &Table, misfit: &Misfit) -> SceneError {
         Some(value) => value.error(&misfit.mend),
         None => table.error(format!("`{}` has no `{}`", table.name, misfit.parameter), &misfit.mend),
     }
-}
-
-/// A colour, or `{ ramp = { base, slope, axis, origin = [0, 0, 0], scale = 1 } }`: `base + slope · ((p − origin)·axis /
-/// scale)`, with a unit axis, p \[m\] in the scene's coordinates.
-pub(super) fn texture(value: &Value) -> Result<Texture, SceneError> {
-    if !value.is_table() {
-        return Ok(Texture::Constant(value.colour()?));
-    }
-    let table = value.table()?;
-    table.allow_only(&["ramp"])?;
-    let ramp = table.need("ramp", "{ base = 0.5, slope = 0.4, axis = [0, 0, 1] }")?.table()?;
-    ramp.allow_only(&["base", "slope", "axis", "origin", "scale"])?;
-    let origin = ramp.get("origin").map(|origin| origin.vec3()).transpose()?.unwrap_or_default();
-    let scale = ramp.get("scale").map(|scale| scale.positive()).transpose()?.unwrap_or(1.0);
-    Ok(Texture::Ramp {
-        base: ramp.need("base", "0.5")?.colour()?,
-        slope: ramp.need("slope", "0.4")?.colour()?,
-        axis: ramp.need("axis", "[0, 0, 1]")?.direction()?.as_vec3(),
-        origin: origin.as_vec3(),
-        scale: scale as f32,
-    })
 }

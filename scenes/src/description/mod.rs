@@ -30,6 +30,7 @@
 mod materials;
 mod reader;
 mod shapes;
+mod textures;
 mod transform;
 
 #[cfg(test)]

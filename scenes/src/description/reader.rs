@@ -101,6 +101,11 @@ impl<'a> Table<'a> {
         entries.into_iter().map(|(_, key, value)| (key, self.value(key, value))).collect()
     }
 
+    /// Where it begins, counted from 1.
+    pub fn line(&self) -> usize {
+        self.source.line(self.at)
+    }
+
     /// An error at this table.
     pub fn error(&self, message: impl Into<String>, mend: impl Into<String>) -> SceneError {
         self.source.error(self.at, message, mend)

@@ -3,21 +3,22 @@
 use std::path::Path;
 
 use glam::{DAffine3, DVec3};
+use sampling::vec2;
 
-use super::materials::{self, Materials};
+use super::materials::Materials;
 use super::reader::{Table, Value};
-use super::{kind, tables, transform};
+use super::{kind, tables, textures, transform};
 use crate::builder::{Emission, MeshData, SceneBuilder, ShapeId};
 use crate::error::SceneError;
 use crate::import::{obj, polygon};
-use crate::texture::Texture;
+use crate::texture::{SurfaceCoordinates, Texture};
 
 /// Keys that every shape understands.
 const COMMON: [&str; 6] = ["type", "material", "emission", "two_sided", "flip", "transform"];
 
 /// Reads the shapes: `quad { origin, edge_u, edge_v }`, whose front is the side of `edge_u × edge_v`; `sphere { center,
 /// radius }`, with its front outside; `mesh` with `file` (OBJ) or with `vertices` and `faces` (indices from 0, three or
-/// more a face, the front counter-clockwise).
+/// more a face, the front counter-clockwise), `uvs` and `colours` of the vertices.
 ///
 /// Every shape has a `material`, which only a mesh file can lack: then the file's own materials hold, with what they
 /// emit. `emission` \[W/(m²·sr)\] is what its front emits, and its back too where `two_sided = true`; `flip = true`
@@ -79,7 +80,7 @@ fn read_sphere(table: &Table, materials: &Materials, builder: &mut SceneBuilder)
 }
 
 fn read_mesh(table: &Table, materials: &Materials, builder: &mut SceneBuilder) -> Result<(), SceneError> {
-    allow(table, &["vertices", "faces"])?;
+    allow(table, &["vertices", "faces", "uvs", "colours"])?;
     let Some(vertices) = table.get("vertices") else {
         return Err(table.error(
             "a mesh has neither `file` nor `vertices`",
@@ -99,8 +100,30 @@ fn read_mesh(table: &Table, materials: &Materials, builder: &mut SceneBuilder) -
     }
     let material = materials.named(table)?;
     let extent = Extent::Points(positions.clone());
-    let shape = builder.mesh(MeshData { positions, triangles, normals: Vec::new(), uvs: Vec::new() }, material);
+    let uvs = vertex_list(table, "uvs", positions.len(), |value| {
+        let uv = value.numbers(2, "a pair")?;
+        Ok(vec2(uv[0] as f32, uv[1] as f32))
+    })?;
+    let colours = vertex_list(table, "colours", positions.len(), |value| value.colour())?;
+    let shape = builder.mesh(MeshData { positions, triangles, uvs, colours, ..MeshData::default() }, material);
     finish(table, materials, shape, extent, builder)
+}
+
+/// One value for every vertex of a mesh, or none at all.
+fn vertex_list<T>(
+    table: &Table,
+    key: &str,
+    vertices: usize,
+    read: impl Fn(&Value) -> Result<T, SceneError>,
+) -> Result<Vec<T>, SceneError> {
+    let Some(value) = table.get(key) else { return Ok(Vec::new()) };
+    let items = value.array()?;
+    if items.len() != vertices {
+        return Err(
+            value.error(format!("there are {} for {vertices} vertices; give one for every vertex", items.len()))
+        );
+    }
+    items.iter().map(read).collect()
 }
 
 fn read_face(face: &Value, vertices: usize) -> Result<Vec<u32>, SceneError> {
@@ -162,7 +185,7 @@ fn finish(
     };
     let extent = extent.transformed(&map);
     if let Some(varying) = table.get("material").and_then(|m| materials.varying(m.text().ok()?)) {
-        for (name, domain, texture) in varying.textures() {
+        for (name, domain, texture) in varying.textures().filter(|(.., texture)| texture.axis().is_some()) {
             let (low, high) = extent.range(texture);
             if !domain.holds(low) || !domain.holds(high) {
                 let message = format!("the {name} ramp runs from {low} to {high} over this shape");
@@ -182,7 +205,7 @@ fn finish(
         }
         return Ok(());
     };
-    let radiance = materials::texture(&value)?;
+    let radiance = textures::colour_or_ramp(&value)?;
     let (low, high) = extent.range(&radiance);
     if low < 0.0 && radiance.is_constant() {
         return Err(value.error("light cannot be negative; give 0 or more in every channel"));
@@ -219,7 +242,8 @@ impl Extent {
         match self {
             Extent::Sphere { center, radius } => texture.range_in_ball(center.as_vec3(), *radius as f32),
             Extent::Points(points) => {
-                let channels = || points.iter().flat_map(|p| texture.at(p.as_vec3()).to_array());
+                let channels =
+                    || points.iter().flat_map(|p| texture.at(&SurfaceCoordinates::of(p.as_vec3())).to_array());
                 (channels().fold(f32::INFINITY, f32::min), channels().fold(f32::NEG_INFINITY, f32::max))
             }
         }

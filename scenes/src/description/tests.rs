@@ -4,6 +4,8 @@ use crate::needs::Skip;
 use crate::scene::Scene;
 use std::path::Path;
 
+mod textures;
+
 const CAMERA: &str = "[camera]\nposition = [0, 0, 3]\ntarget = [0, 0, 0]\n";
 const WHITE: &str = "[materials.white]\ntype = \"lambert\"\nalbedo = 0.7\n";
 const BALL: &str = "[[shapes]]\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\nmaterial = \"white\"\n";
@@ -75,7 +77,7 @@ fn anisotropic_materials_need_both_widths() {
         replaced("type = \"lambert\"\nalbedo = 0.7", &format!("type = \"rough_conductor\"\nreflectance = 1\n{keys}"))
     };
     let scene = load(&metal("alpha_x = 0.1\nalpha_y = 0.3")).unwrap();
-    assert!(scene.needs.tangents && scene.materials()[0].is_anisotropic());
+    assert!(scene.needs.tangents && scene.materials()[0].needs_derivatives());
     expect(&metal("alpha_x = 0.1"), "7: `materials.white.alpha_x` is `0.1`; give both `alpha_x` and `alpha_y`");
 }
 
@@ -90,8 +92,6 @@ fn parameters_vary_where_ramps_give_them() {
     let scene = load(&rough("{ base = 0.3, slope = 0.1, axis = [0, 0, 1] }")).unwrap();
     assert!(scene.needs.textures && scene.needs.non_delta_lobes && !scene.needs.delta_lobes);
     expect(&rough("{ base = 0.3, slope = 0.5, axis = [0, 0, 1] }"), "8: the alpha ramp runs from -0.1");
-    let narrow = load(&rough("{ base = 0.00011, slope = 0.0001, axis = [0, 0, 1] }")).unwrap_err().to_string();
-    assert!(narrow.contains("the alpha of shape 1 (a sphere) falls to 1"), "{narrow}");
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn parameters_that_vary_together_are_tried_where_they_are() {
         load(&replaced("type = \"lambert\"\nalbedo = 0.7", &keys))
     };
     assert!(phong(0.4).is_ok());
-    assert!(phong(0.6).unwrap_err().to_string().contains("bad `k"));
+    assert!(phong(0.6).unwrap_err().to_string().contains("doesn't go with its other parameters"));
 }
 
 #[test]

@@ -3,19 +3,27 @@
 use super::{Endpoint, EndpointKind, LeSample, LiSample};
 use crate::ray::SurfacePoint;
 use crate::shape::{Parallelogram, Sphere, Triangle};
-use crate::texture::Texture;
+use crate::texture::{SurfaceCoordinates, Texture};
 use sampling::fault;
 use sampling::math::{Frame, Spectrum};
 use sampling::{Vec2, Vec3, measure, vec2, warp};
 use std::f64::consts::PI;
 
 /// What a shape emits.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Emission {
-    /// Radiance \[W/(m²·sr)\].
+    /// Radiance \[W/(m²·sr)\]: a constant or a ramp.
     pub radiance: Texture,
     /// True if the back emits as the front does.
     pub two_sided: bool,
+}
+
+impl Emission {
+    /// The radiance at a point.
+    #[inline]
+    fn at(&self, p: Vec3) -> Spectrum {
+        self.radiance.at(&SurfaceCoordinates::of(p))
+    }
 }
 
 /// The area an emitter samples.
@@ -58,7 +66,7 @@ impl AreaEmitter {
     #[inline]
     pub fn le(&self, at: &SurfacePoint, w: Vec3) -> Spectrum {
         let front = fault!("emitter_shines_from_its_back", at.ng.dot(w) > 0.0, true);
-        if self.emission.two_sided || front { self.emission.radiance.at(at.p) } else { Spectrum::ZERO }
+        if self.emission.two_sided || front { self.emission.at(at.p) } else { Spectrum::ZERO }
     }
 
     /// A point uniform over the area.
@@ -96,7 +104,7 @@ impl AreaEmitter {
                 endpoint: Endpoint { at: cone.at, kind: EndpointKind::Surface },
                 wi: cone.wi,
                 distance: cone.distance,
-                li: self.emission.radiance.at(cone.at.p),
+                li: self.emission.at(cone.at.p),
                 pdf: cone.pdf,
                 delta: false,
             });
@@ -114,7 +122,7 @@ impl AreaEmitter {
             endpoint: Endpoint { at, kind: EndpointKind::Surface },
             wi,
             distance,
-            li: self.emission.radiance.at(at.p),
+            li: self.emission.at(at.p),
             pdf: measure::area_to_solid_angle(1.0 / self.area, p_ref, at.p, at.ng),
             delta: false,
         })
@@ -148,7 +156,7 @@ impl AreaEmitter {
         Some(LeSample {
             endpoint: Endpoint { at, kind: EndpointKind::Surface },
             ray: at.spawn(d),
-            le: self.emission.radiance.at(at.p),
+            le: self.emission.at(at.p),
             pdf_p: 1.0 / self.area,
             pdf_d: self.side_pmf() * warp::cosine_hemisphere_pdf(local.z),
             cos: fault!("emitter_cosine_dropped", local.z, 1.0),

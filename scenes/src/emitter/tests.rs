@@ -38,10 +38,10 @@ fn emitters() -> Vec<(&'static str, Scene)> {
     };
     let cases: [(&str, Add, Texture, bool); 7] = [
         ("quad", quad, 3.0.into(), false),
-        ("two-sided quad", quad, ramp, true),
-        ("sphere", sphere, ramp, false),
+        ("two-sided quad", quad, ramp.clone(), true),
+        ("sphere", sphere, ramp.clone(), false),
         ("two-sided sphere", sphere, 3.0.into(), true),
-        ("sphere lit inside", flipped, ramp, false),
+        ("sphere lit inside", flipped, ramp.clone(), false),
         ("mesh", mesh, ramp, false),
         ("mirrored triangle", mirrored, 3.0.into(), false),
     ];

@@ -13,18 +13,24 @@
 //! 4. **Matte**: Lambert of albedo `Kd`, or 0.5 where neither Kd nor Ks is stated.
 //!
 //! Where both Kd and Ks are above 0, the weaker is left out, and a note says so. Reflectances above 1 become 1, noted
-//! as well. `Ke` emits.
+//! as well. `Ke` emits. The image `map_Kd` of what is matte is multiplied by `Kd`, or stands alone where that is 0.
 
 use sampling::bsdf::{Bsdf, Dielectric, Ggx, Lambert, Mirror, RoughConductor};
 use sampling::math::Spectrum;
+use std::path::Path;
+use std::sync::Arc;
 
 use super::mtl::Statements;
+use crate::material::Material;
+use crate::texture::{Channel, Encoding, Image, ImageTexture, Texture, UvMap, Wrap};
 
 /// A material made of MTL statements.
 #[derive(Clone, Debug)]
 pub struct Appearance {
-    /// How it scatters.
+    /// How it scatters; where there is a map, on meshes that lack texture coordinates.
     pub bsdf: Bsdf,
+    /// How it scatters where its map is read.
+    pub mapped: Option<Material>,
     /// Emitted radiance \[W/(m²·sr)\], if it emits.
     pub emission: Option<Spectrum>,
     /// What was approximated or left out.
@@ -34,7 +40,12 @@ pub struct Appearance {
 impl Appearance {
     /// What stands for a material that is missing: matte, of albedo 0.5.
     pub fn missing() -> Self {
-        Appearance { bsdf: Lambert { albedo: Spectrum::splat(0.5) }.into(), emission: None, notes: Vec::new() }
+        Appearance {
+            bsdf: Lambert { albedo: Spectrum::splat(0.5) }.into(),
+            mapped: None,
+            emission: None,
+            notes: Vec::new(),
+        }
     }
 
     /// Whether light passes through it.
@@ -42,16 +53,44 @@ impl Appearance {
         matches!(self.bsdf, Bsdf::Dielectric(_) | Bsdf::RoughDielectric(_))
     }
 
-    /// Applies the rule.
-    pub fn of(stated: &Statements) -> Self {
+    /// Applies the rule; images are looked for in `folder`.
+    pub fn of(stated: &Statements, folder: &Path) -> Self {
         let mut notes = Vec::new();
         let bsdf = scattering(stated, &mut notes);
         for (keyword, rest) in &stated.ignored {
             notes.push(format!("`{keyword} {rest}` is not read"));
         }
+        let mapped = stated.diffuse_map.as_ref().and_then(|file| match &bsdf {
+            Bsdf::Lambert(lambert) => {
+                let scale = if lambert.albedo.is_zero() { Spectrum::ONE } else { lambert.albedo };
+                match image(&folder.join(file.replace('\\', "/")), scale) {
+                    Ok(texture) => Some(Material::lambert(texture)),
+                    Err(message) => {
+                        notes.push(format!("its map_Kd `{file}` is left out: {message}"));
+                        None
+                    }
+                }
+            }
+            _ => {
+                notes.push(format!("its map_Kd `{file}` is not read: it is not matte"));
+                None
+            }
+        });
         let emission = stated.emission.map(spectrum).filter(|emission| !emission.is_zero());
-        Appearance { bsdf, emission, notes }
+        Appearance { bsdf, mapped, emission, notes }
     }
+}
+
+/// The image of a reflectance, times its colour.
+fn image(path: &Path, scale: Spectrum) -> Result<Texture, String> {
+    let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
+    let image = Arc::new(Image::decode(&bytes, None, Encoding::Srgb)?);
+    let (map, wrap, channel) = (UvMap::default(), Wrap::Repeat, Channel::Colour);
+    let texture = ImageTexture { image, wrap, map, channel, scale };
+    if texture.range().1.max_component() > 1.0 {
+        return Err("it reaches more than 1".to_string());
+    }
+    Ok(Texture::Image(texture))
 }
 
 fn scattering(stated: &Statements, notes: &mut Vec<String>) -> Bsdf {

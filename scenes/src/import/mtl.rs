@@ -29,6 +29,8 @@ pub struct Statements {
     pub opacity: Option<f64>,
     /// `illum`: the illumination model.
     pub illumination: Option<i64>,
+    /// `map_Kd`: the image of the diffuse reflectance, without the statement's options.
+    pub diffuse_map: Option<String>,
     /// Statements that are not read: keyword and rest.
     pub ignored: BTreeMap<String, String>,
 }
@@ -78,12 +80,33 @@ fn read_statement(material: &mut Statements, keyword: &str, rest: &str) -> Resul
             let opacity = 1.0 - scalar(keyword, rest)?;
             material.opacity.get_or_insert(opacity);
         }
+        "map_Kd" => {
+            let (options, file) = file_of(rest);
+            material.diffuse_map = Some(file.to_string());
+            if !options.is_empty() {
+                material.ignored.insert("map_Kd".to_string(), options.to_string());
+            }
+        }
         "illum" => material.illumination = Some(scalar(keyword, rest)? as i64),
         // The ambient colour has no meaning where light is transported.
         "Ka" => {}
         other => _ = material.ignored.insert(other.to_string(), rest.to_string()),
     }
     Ok(())
+}
+
+/// A map's options, which begin with `-` and hold words that are switches or numbers, and its file, which may hold spaces.
+fn file_of(rest: &str) -> (&str, &str) {
+    let mut at = 0;
+    for word in rest.split_inclusive(char::is_whitespace) {
+        let text = word.trim();
+        let option = text.starts_with('-') || text.parse::<f64>().is_ok() || matches!(text, "on" | "off" | "");
+        if !option || !rest.starts_with('-') {
+            break;
+        }
+        at += word.len();
+    }
+    (rest[..at].trim(), rest[at..].trim())
 }
 
 /// One number for grey, or three.
@@ -110,13 +133,13 @@ mod tests {
 
     #[test]
     fn reads_what_is_stated() {
-        let text = "newmtl a b\n\tKd 0.5 # grey\n Ks .1 .2 .3\nKe 17 12 4\nTf 1 1 1\nNs 10\nNi 1.5\nTr 0.25\nillum 7\nmap_Kd x y.png\nKa 1 1 1\nnewmtl c\nd 0.5\nTr 0.9\n";
+        let text = "newmtl a b\n\tKd 0.5 # grey\n Ks .1 .2 .3\nKe 17 12 4\nTf 1 1 1\nNs 10\nNi 1.5\nTr 0.25\nillum 7\nmap_Kd -s 1 1 1 x y.png\nKa 1 1 1\nnewmtl c\nd 0.5\nTr 0.9\n";
         let materials = parse(Path::new("a.mtl"), text).unwrap();
         let a = &materials[0];
         assert_eq!((a.name.as_str(), a.line, a.diffuse, a.specular), ("a b", 1, Some([0.5; 3]), Some([0.1, 0.2, 0.3])));
         assert_eq!((a.emission, a.filter, a.exponent), (Some([17.0, 12.0, 4.0]), Some([1.0; 3]), Some(10.0)));
         assert_eq!((a.index, a.opacity, a.illumination), (Some(1.5), Some(0.75), Some(7)));
-        assert_eq!(a.ignored["map_Kd"], "x y.png");
+        assert_eq!((a.ignored["map_Kd"].as_str(), a.diffuse_map.as_deref()), ("-s 1 1 1", Some("x y.png")));
         assert_eq!(materials[1].opacity, Some(0.5));
     }
 

@@ -85,13 +85,17 @@ impl Model {
     /// Adds all groups to a scene; returns the shapes with the points they span.
     pub fn add_to(&self, builder: &mut SceneBuilder, overrides: Overrides) -> Vec<(ShapeId, Vec<DVec3>)> {
         self.notes.iter().for_each(|note| builder.note(note.clone()));
-        let mut ids: HashMap<usize, MaterialId> = HashMap::new();
+        let mut ids: HashMap<(usize, bool), MaterialId> = HashMap::new();
         let mut shapes = Vec::new();
         for group in self.groups.iter().filter(|group| !group.mesh.triangles.is_empty()) {
             let appearance = &self.appearances[group.appearance].1;
             let material = match overrides.material {
                 Some(material) => material,
-                None => *ids.entry(group.appearance).or_insert_with(|| builder.material(appearance.bsdf)),
+                None => {
+                    let mapped = appearance.mapped.as_ref().filter(|_| !group.mesh.uvs.is_empty());
+                    let material = || mapped.cloned().unwrap_or_else(|| appearance.bsdf.into());
+                    *ids.entry((group.appearance, mapped.is_some())).or_insert_with(|| builder.material(material()))
+                }
             };
             let shape = builder.mesh(group.mesh.clone(), material);
             if let Some(radiance) = appearance.emission.filter(|_| !overrides.no_emission) {
@@ -172,7 +176,7 @@ fn read_libraries(
                 if !used || appearances.iter().any(|(name, _)| *name == statements.name) {
                     continue;
                 }
-                let appearance = Appearance::of(&statements);
+                let appearance = Appearance::of(&statements, file.parent().unwrap_or(Path::new("")));
                 let place = format!("{}:{}: material `{}`", file.display(), statements.line, statements.name);
                 notes.extend(appearance.notes.iter().map(|note| format!("{place}: {note}")));
                 appearances.push((statements.name, appearance));
@@ -254,7 +258,7 @@ fn triangles(mesh: &tobj::Mesh, turned: &mut usize) -> MeshData {
     let positions: Vec<DVec3> = mesh.positions.chunks_exact(3).map(|p| DVec3::new(p[0], p[1], p[2])).collect();
     let normals: Vec<DVec3> = mesh.normals.chunks_exact(3).map(|n| DVec3::new(n[0], n[1], n[2])).collect();
     let uvs: Vec<Vec2> = mesh.texcoords.chunks_exact(2).map(|t| vec2(t[0] as f32, t[1] as f32)).collect();
-    let mut out = MeshData { positions, triangles: Vec::new(), normals: Vec::new(), uvs };
+    let mut out = MeshData { positions, uvs, ..MeshData::default() };
     let faces = if mesh.face_arities.is_empty() { vec![3; mesh.indices.len() / 3] } else { mesh.face_arities.clone() };
     let mut rest = mesh.indices.as_slice();
     for arity in faces {

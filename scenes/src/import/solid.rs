@@ -202,7 +202,7 @@ mod tests {
         let mut triangles: Vec<[u32; 3]> =
             faces.iter().flat_map(|f| [[f[0], f[1], f[2]], [f[0], f[2], f[3]]]).collect();
         turn.iter().for_each(|&t| triangles[t].swap(0, 1));
-        MeshData { positions, triangles, normals: Vec::new(), uvs: Vec::new() }
+        MeshData { positions, triangles, ..MeshData::default() }
     }
 
     fn outwards(mesh: &MeshData) -> bool {
@@ -247,8 +247,7 @@ mod tests {
                 .map(|(x, y)| DVec3::new(x, y, 0.0) * size)
                 .to_vec(),
             triangles: vec![[0, 1, 2], [0, 2, 3]],
-            normals: Vec::new(),
-            uvs: Vec::new(),
+            ..MeshData::default()
         };
         let mut mesh = cube(&[]);
         assert_eq!(remove_contacts(&mut mesh, &[&floor(1.0)]), 2);

@@ -35,7 +35,7 @@ const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 
 fn appearance(statements: &str) -> Appearance {
     let materials = mtl::parse(Path::new("a.mtl"), &format!("newmtl a\n{statements}")).unwrap();
-    Appearance::of(&materials[0])
+    Appearance::of(&materials[0], Path::new(""))
 }
 
 /// `name` of the model, and a word of each note.
@@ -108,7 +108,7 @@ fn the_rule_metal_and_matte() {
 fn the_rule_emission() {
     assert_eq!(appearance("Ke 17 12 4").emission, Some(Spectrum::new(17.0, 12.0, 4.0)));
     assert_eq!(appearance("Ke 0 0 0").emission, None);
-    assert_eq!(Appearance::of(&Statements::default()).emission, None);
+    assert_eq!(Appearance::of(&Statements::default(), Path::new("")).emission, None);
 }
 
 #[test]
@@ -288,7 +288,7 @@ fn nothing_panics() {
         let _ = Model::read(&path, &mutate(&obj));
         let statements = String::from_utf8_lossy(&mutate(mtl)).into_owned();
         if let Ok(materials) = mtl::parse(&path, &statements) {
-            materials.iter().for_each(|material| drop(Appearance::of(material)));
+            materials.iter().for_each(|material| drop(Appearance::of(material, Path::new(""))));
         }
     }
 }

@@ -175,7 +175,7 @@ mod tests {
         let faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
         let kept = faces.iter().enumerate().filter(|(i, _)| !without.contains(i)).map(|(_, f)| f);
         let triangles = kept.flat_map(|f| [[f[0], f[1], f[2]], [f[0], f[2], f[3]]]).collect();
-        MeshData { positions, triangles, normals: Vec::new(), uvs: Vec::new() }
+        MeshData { positions, triangles, ..MeshData::default() }
     }
 
     fn direction(mesh: &MeshData, emits: bool) -> (DVec3, bool) {

@@ -1,8 +1,11 @@
 use super::*;
 use crate::builder::{Emission, MeshData};
+use crate::interaction::Normals;
 use crate::needs::Skip;
 use crate::test_support::{Random, add_room, built, bumpy_ball, grey_builder};
+use crate::texture::{Texture, UvMap};
 use glam::{DAffine3, dvec3};
+use sampling::bsdf::Bsdf;
 use sampling::warp::cosine_hemisphere;
 use sampling::{vec2, vec3};
 
@@ -177,7 +180,7 @@ fn meshes_without_normals_are_flat_and_those_with_are_smooth() {
         let ray = Ray::new(Vec3::ZERO, random.direction());
         let [flat, smooth] = [&scenes[0], &scenes[1]].map(|scene| scene.intersect(&ray).expect("it is closed"));
         assert_eq!(flat.ns(), flat.point.ng);
-        assert!(!flat.smooth && smooth.smooth);
+        assert_eq!((flat.normals, smooth.normals), (Normals::Flat, Normals::Smooth));
         assert_eq!(flat.point.p, smooth.point.p);
         // The given normals point inwards, the front is outside: they are turned.
         let radial = smooth.point.p.normalize();
@@ -187,21 +190,35 @@ fn meshes_without_normals_are_flat_and_those_with_are_smooth() {
 }
 
 #[test]
-fn texture_coordinates_are_interpolated_in_the_given_order() {
-    // Three of the ways to list the two triangles of a unit square, whose uv is its xy.
+fn what_vertices_carry_is_interpolated_in_the_given_order() {
+    // Three of the ways to list the two triangles of a unit square, whose uv is its xy, and so is its colour.
     for lists in [[[0, 1, 2], [0, 2, 3]], [[1, 2, 0], [2, 3, 0]], [[2, 0, 1], [3, 0, 2]]] {
-        let (mut builder, grey) = grey_builder("square");
+        let (mut builder, _) = grey_builder("square");
+        let coloured = builder.material(Material::lambert(Texture::VertexColour));
+        let values = [Spectrum::ZERO, Spectrum::ONE];
+        let board = builder.material(Material::lambert(Texture::Checkerboard { values, map: UvMap::default() }));
         let positions = vec![dvec3(0., 0., 0.), dvec3(1., 0., 0.), dvec3(1., 1., 0.), dvec3(0., 1., 0.)];
         let uvs = positions.iter().map(|p| p.as_vec3().truncate()).collect();
-        builder.mesh(MeshData { positions, triangles: lists.to_vec(), uvs, ..MeshData::default() }, grey);
+        let colours = positions.iter().map(|p| Spectrum::new(p.x as f32, p.y as f32, 0.0)).collect();
+        let mesh = MeshData { positions, triangles: lists.to_vec(), uvs, colours, ..MeshData::default() };
+        let second = builder.mesh(mesh.clone(), board);
+        builder.transform(second, DAffine3::from_translation(dvec3(0.0, 0.0, -1.0)));
+        builder.mesh(mesh, coloured);
         let scene = built(builder, Skip::Unneeded);
         let mut random = Random::new(5);
         for _ in 0..1000 {
             let target = random.next_2d();
             let ray = Ray::new(target.extend(1.0), -Vec3::Z);
             let it = scene.intersect(&ray).expect("it is there");
-            assert!((it.uv - target).length() < 1e-6, "{} {target}", it.uv);
+            let albedo = |it: &Interaction| match it.bsdf {
+                Bsdf::Lambert(lambert) => lambert.albedo.to_array(),
+                _ => panic!("it is Lambertian"),
+            };
+            let [x, y, _] = albedo(&it);
+            assert!((vec2(x, y) - target).length() < 1e-6, "{x} {y} {target}");
             assert!((it.point.p - target.extend(0.0)).length() < 1e-6);
+            let below = scene.intersect(&it.point.spawn(-Vec3::Z)).expect("it is there");
+            assert_eq!(albedo(&below)[0], f32::from((target.x < 0.5) != (target.y < 0.5)));
         }
     }
 }

@@ -4,6 +4,7 @@ use super::Triangle;
 use crate::error::SceneError;
 use glam::{DAffine3, DMat3, DVec3};
 use rayon::prelude::*;
+use sampling::math::Spectrum;
 use sampling::{Vec2, Vec3};
 
 /// A triangle mesh as it is given.
@@ -17,6 +18,8 @@ pub struct MeshData {
     pub normals: Vec<Vec3>,
     /// Texture coordinates of the vertices, or empty.
     pub uvs: Vec<Vec2>,
+    /// Colours of the vertices, or empty.
+    pub colours: Vec<Spectrum>,
 }
 
 /// A mesh in the scene's coordinates, without its triangles of no area.
@@ -32,6 +35,8 @@ pub(crate) struct BakedMesh {
     pub normals: Vec<Vec3>,
     /// Texture coordinates of the vertices, or empty.
     pub uvs: Vec<Vec2>,
+    /// Colours of the vertices, or empty.
+    pub colours: Vec<Spectrum>,
     /// How many triangles without area were left out.
     pub degenerate: usize,
 }
@@ -61,13 +66,21 @@ impl MeshData {
                 "use vertices from 0 to their number less one",
             ));
         }
-        for (what, count) in [("normals", self.normals.len()), ("texture coordinates", self.uvs.len())] {
+        let lists =
+            [("normals", self.normals.len()), ("texture coordinates", self.uvs.len()), ("colours", self.colours.len())];
+        for (what, count) in lists {
             if count != 0 && count != vertices {
                 return Err(SceneError::invalid(
                     format!("a mesh has {vertices} vertices and {count} {what}"),
                     format!("give one of the {what} for every vertex, or none"),
                 ));
             }
+        }
+        if self.uvs.iter().any(|uv| !uv.is_finite()) || self.colours.iter().any(|colour| !colour.is_finite()) {
+            return Err(SceneError::invalid(
+                "a mesh has a texture coordinate or a colour that is not finite",
+                "give finite numbers",
+            ));
         }
         Ok(())
     }
@@ -76,11 +89,11 @@ impl MeshData {
 /// Takes a mesh into the scene: transforms and recentres it in `f64`, rounds it, and turns its front where it belongs.
 ///
 /// The front is the image of the front: a mirroring transform turns the winding over, which is put back here.
-pub(crate) fn bake_mesh(mesh: MeshData, transform: &DAffine3, flipped: bool, shift: DVec3) -> BakedMesh {
+pub(crate) fn bake_mesh(mut mesh: MeshData, transform: &DAffine3, flipped: bool, shift: DVec3) -> BakedMesh {
     let positions: Vec<Vec3> =
         mesh.positions.par_iter().map(|&p| (transform.transform_point3(p) - shift).as_vec3()).collect();
     let turned = flipped != (transform.matrix3.determinant() < 0.0);
-    let mut triangles = mesh.triangles;
+    let mut triangles = std::mem::take(&mut mesh.triangles);
     if turned {
         triangles.par_iter_mut().for_each(|t| t.swap(1, 2));
     }
@@ -88,8 +101,9 @@ pub(crate) fn bake_mesh(mesh: MeshData, transform: &DAffine3, flipped: bool, shi
     let all = triangles.len();
     let (triangles, fronts): (Vec<_>, Vec<_>) =
         triangles.into_par_iter().filter_map(|t| front_of(&t).map(|front| (t, front))).unzip();
-    let normals = transform_normals(mesh.normals, &transform.matrix3);
-    BakedMesh { degenerate: all - triangles.len(), positions, triangles, fronts, normals, uvs: mesh.uvs }
+    let normals = transform_normals(std::mem::take(&mut mesh.normals), &transform.matrix3);
+    let MeshData { uvs, colours, .. } = mesh;
+    BakedMesh { degenerate: all - triangles.len(), positions, triangles, fronts, normals, uvs, colours }
 }
 
 /// Normals are covectors: they go with the inverse transpose, whose sign keeps them on the image of their side.

@@ -1,0 +1,98 @@
+use super::{BALL, CAMERA, Origin, SKY, expect, load, read, replaced};
+use crate::needs::Skip;
+use crate::ray::Ray;
+use sampling::bsdf::Bsdf;
+use sampling::vec3;
+use std::path::Path;
+
+fn with_albedo(texture: &str) -> String {
+    replaced("albedo = 0.7", &format!("albedo = {texture}"))
+}
+
+/// The albedo of the ball from 3 m in front.
+fn seen(text: &str, folder: &Path) -> f32 {
+    let origin = Origin { scene: "test", file: "test.toml", folder: Some(folder) };
+    let scene = read(text, origin, None).unwrap().build(Skip::default()).unwrap();
+    match scene.intersect(&Ray::new(vec3(0.0, 0.1, 3.0), vec3(0.0, 0.0, -1.0))).unwrap().bsdf {
+        Bsdf::Lambert(lambert) => lambert.albedo.mean(),
+        other => panic!("not Lambertian: {other:?}"),
+    }
+}
+
+#[test]
+fn every_texture_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    image::GrayImage::from_pixel(2, 2, image::Luma([128])).save(folder.path().join("grey.png")).unwrap();
+    let textures = [
+        ("{ checkerboard = [0.2, 0.2], uv_scale = [4, 2], uv_offset = [0.5, 0] }", 0.2),
+        ("{ noise = { low = 0.4, high = 0.4, size = 0.1, octaves = 3, seed = 2 } }", 0.4),
+        ("{ image = \"grey.png\" }", 0.215_861),
+        (
+            "{ image = \"grey.png\", encoding = \"linear\", wrap = \"mirror\", channel = \"g\", scale = 0.5 }",
+            64.0 / 255.0,
+        ),
+    ];
+    for (texture, expected) in textures {
+        let albedo = seen(&with_albedo(texture), folder.path());
+        assert!((albedo - expected).abs() < 1e-5, "{texture}: {albedo}");
+    }
+    let coloured = format!(
+        "{CAMERA}[materials.white]\ntype = \"lambert\"\nalbedo = {{ vertex_colours = true }}\n[[shapes]]\ntype = \"mesh\"\nvertices = [[-5, -5, 0], [5, -5, 0], [0, 5, 0]]\nfaces = [[0, 1, 2]]\ncolours = [0.3, 0.3, 0.3]\nuvs = [[0, 0], [1, 0], [0, 1]]\nmaterial = \"white\"\n{SKY}"
+    );
+    assert!((seen(&coloured, folder.path()) - 0.3).abs() < 1e-6);
+}
+
+#[test]
+fn relief_and_opacity_are_read() {
+    let with = |keys: &str| load(&replaced("albedo = 0.7", &format!("albedo = 0.7\n{keys}"))).unwrap().needs;
+    assert!(with("bump_map = { noise = { size = 0.1, high = 0.01 } }").textures);
+    assert!(with("normal_map = { checkerboard = [[0.6, 0.5, 0.9], [0.4, 0.5, 0.9]] }").tangents);
+    assert!(with("opacity = 0.5").masks && !with("opacity = 1").masks);
+    assert!(!with("bump_map = { noise = { size = 0.1 } }").only_lambertian, "a tilted face has ways to choose from");
+}
+
+#[test]
+fn a_width_may_vary_down_to_nothing() {
+    let metal = "type = \"rough_conductor\"\nreflectance = 1\nalpha = { checkerboard = [0, 0.4] }";
+    let needs = load(&replaced("type = \"lambert\"\nalbedo = 0.7", metal)).unwrap().needs;
+    assert!(needs.delta_lobes && needs.non_delta_lobes);
+}
+
+#[test]
+fn bad_textures_are_told() {
+    let cases = [
+        ("{ imge = \"a.png\" }", "6: `materials.white.albedo` is `{ imge = \"a.png\" }`; did you mean `image`?"),
+        ("{ image = \"missing.png\" }", "6: `materials.white.albedo.image` is `\"missing.png\"`; cannot read"),
+        (
+            "{ checkerboard = [0.2, 1.5] }",
+            "6: `materials.white.albedo` is `{ checkerboard = [0.2, 1.5] }`; it reaches 1.5; keep it a colour",
+        ),
+        ("{ checkerboard = [0.2] }", "6: `materials.white.albedo.checkerboard` is `[0.2]`; it must be two colours"),
+        ("{ checkerboard = [0, 1], uv_scale = 0 }", "6: `uv_scale` is 0"),
+        ("{ noise = { size = 0 } }", "6: `materials.white.albedo.noise.size` is `0`; it must be above 0"),
+        (
+            "{ noise = { size = 1, octaves = 99 } }",
+            "6: `materials.white.albedo.noise.octaves` is `99`; it must be from 1 to 16",
+        ),
+        ("{ vertex_colours = false }", "6: `materials.white.albedo.vertex_colours` is `false`; it must be true"),
+    ];
+    for (texture, expected) in cases {
+        expect(&with_albedo(texture), expected);
+    }
+    let after = |keys: &str| replaced("albedo = 0.7", &format!("albedo = 0.7\n{keys}"));
+    expect(&after("opacity = 2"), "7: `materials.white.opacity` is `2`; it reaches 2; keep it a number from 0 to 1");
+    expect(
+        &after("bump_map = 0.1\nnormal_map = [0.5, 0.5, 1]"),
+        "7: `materials.white.bump_map` is `0.1`; there is a `normal_map` as well",
+    );
+    let lamp =
+        replaced("radius = 1", "radius = 1\nemission = 1").replace("albedo = 0.7", "albedo = 0.7\nopacity = 0.5");
+    let message = load(&lamp).unwrap_err().to_string();
+    assert!(message.contains("emits, but its material has an `opacity`"), "{message}");
+    let bare = with_albedo("{ vertex_colours = true }").replace(
+        BALL,
+        "[[shapes]]\ntype = \"mesh\"\nvertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]\nfaces = [[0, 1, 2]]\nmaterial = \"white\"\n",
+    );
+    let message = load(&bare).unwrap_err().to_string();
+    assert!(message.contains("material `white`") && message.contains("vertex colours"), "{message}");
+}

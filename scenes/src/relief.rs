@@ -1,0 +1,132 @@
+//! Normal maps and bump maps: normals that textures tilt.
+
+use crate::texture::{SurfaceCoordinates, Texture};
+use sampling::math::Frame;
+use sampling::{Vec2, Vec3, vec3};
+
+/// What tilts a surface's normals.
+#[derive(Clone, Debug)]
+pub enum Relief {
+    /// The normal in the frame of dp/du, dp/dv and the surface's normal, as `2c − 1` of a colour c.
+    Normals(Texture),
+    /// The height above the surface \[m\].
+    Heights(Texture),
+}
+
+/// How a surface point moves with its texture coordinates \[m\].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Derivatives {
+    pub dpdu: Vec3,
+    pub dpdv: Vec3,
+}
+
+impl Relief {
+    /// The texture.
+    pub fn texture(&self) -> &Texture {
+        match self {
+            Self::Normals(texture) | Self::Heights(texture) => texture,
+        }
+    }
+
+    /// The texture, to be changed.
+    pub(crate) fn texture_mut(&mut self) -> &mut Texture {
+        match self {
+            Self::Normals(texture) | Self::Heights(texture) => texture,
+        }
+    }
+
+    /// The tilted normal at a point, in the surface's frame, whose x axis runs along dp/du; its z is positive.
+    pub(crate) fn normal(&self, frame: &Frame, at: &SurfaceCoordinates, derivatives: &Derivatives) -> Vec3 {
+        match self {
+            Self::Normals(texture) => {
+                let [x, y, z] = texture.at(at).to_array().map(|channel| 2.0 * channel - 1.0);
+                // Where the texture is mirrored on the surface, v runs against the frame's y axis.
+                let y = if derivatives.dpdv.dot(frame.y) < 0.0 { -y } else { y };
+                upwards(vec3(x, y, z))
+            }
+            Self::Heights(texture) => {
+                let slope = surface_gradient(texture, frame, at, derivatives);
+                upwards(vec3(-slope.x, -slope.y, 1.0))
+            }
+        }
+    }
+}
+
+/// A unit normal above the surface: a normal map's direction below it stands for the steepest above, one degree from level.
+fn upwards(normal: Vec3) -> Vec3 {
+    const LEAST: f32 = 0.0175;
+    let unit = normal.normalize_or(Vec3::Z);
+    if unit.z >= LEAST {
+        return unit;
+    }
+    vec3(unit.x, unit.y, 0.0).normalize_or(Vec3::X) * (1.0 - LEAST * LEAST).sqrt() + Vec3::Z * LEAST
+}
+
+/// The gradient of a height over the surface, in the frame's x and y \[1\], from differences along u and v `[Mikkelsen10]`.
+fn surface_gradient(texture: &Texture, frame: &Frame, at: &SurfaceCoordinates, derivatives: &Derivatives) -> Vec2 {
+    let (step, length) = texture.step();
+    let Derivatives { dpdu, dpdv } = *derivatives;
+    // Without texture coordinates, u and v are lengths along the frame's axes.
+    let has_uv = dpdu != Vec3::ZERO && dpdv != Vec3::ZERO && texture.needs_uv();
+    let (along_u, along_v, step) = if has_uv { (dpdu, dpdv, step) } else { (frame.x, frame.y, Vec2::splat(length)) };
+    let height = |du: f32, dv: f32| {
+        let p = at.p + along_u * du + along_v * dv;
+        texture.at(&SurfaceCoordinates { p, uv: at.uv + Vec2::new(du, dv), ..*at }).mean()
+    };
+    let slope_u = (height(step.x, 0.0) - height(-step.x, 0.0)) / (2.0 * step.x);
+    let slope_v = (height(0.0, step.y) - height(0.0, -step.y)) / (2.0 * step.y);
+    let (u, v) = (frame.to_local(along_u).truncate(), frame.to_local(along_v).truncate());
+    let area = u.perp_dot(v);
+    if area == 0.0 {
+        return Vec2::ZERO;
+    }
+    // The gradient g has g·u and g·v for its slopes.
+    Vec2::new(slope_u * v.y - slope_v * u.y, slope_v * u.x - slope_u * v.x) / area
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sampling::math::Spectrum;
+
+    #[test]
+    fn a_plane_of_heights_tilts_by_its_slope_whatever_the_coordinates() {
+        let ramp = Texture::Ramp {
+            base: Spectrum::ZERO,
+            slope: Spectrum::splat(0.5),
+            axis: Vec3::X,
+            origin: Vec3::ZERO,
+            scale: 1.0,
+        };
+        let relief = Relief::Heights(ramp);
+        let frame = Frame::from_z_x(Vec3::Z, Vec3::X);
+        let at = SurfaceCoordinates::of(vec3(0.3, 0.4, 0.0));
+        let expected = vec3(-0.5, 0.0, 1.0).normalize();
+        for (dpdu, dpdv) in [(Vec3::X, Vec3::Y), (vec3(2.0, 1.0, 0.0), vec3(0.3, -0.4, 0.0)), (Vec3::ZERO, Vec3::ZERO)]
+        {
+            let normal = relief.normal(&frame, &at, &Derivatives { dpdu, dpdv });
+            assert!((normal - expected).length() < 1e-3, "{normal}");
+        }
+    }
+
+    #[test]
+    fn a_normal_map_follows_u_and_v_even_where_it_is_mirrored() {
+        let relief = Relief::Normals(Texture::Constant(Spectrum::new(0.5, 0.9, 0.8)));
+        let frame = Frame::from_z_x(Vec3::Z, Vec3::X);
+        let at = SurfaceCoordinates::of(Vec3::ZERO);
+        for (dpdv, y) in [(Vec3::Y, 0.8), (-Vec3::Y, -0.8)] {
+            let normal = relief.normal(&frame, &at, &Derivatives { dpdu: Vec3::X, dpdv });
+            assert!((normal - vec3(0.0, y, 0.6)).length() < 1e-6, "{normal}");
+        }
+    }
+
+    #[test]
+    fn normals_stay_above_the_surface() {
+        for map in [[0.9, 0.5, 0.2], [0.5, 0.5, 0.0], [0.5, 0.5, 0.5]] {
+            let relief = Relief::Normals(Texture::Constant(Spectrum::from(map)));
+            let frame = Frame::from_z(Vec3::Z);
+            let normal = relief.normal(&frame, &SurfaceCoordinates::of(Vec3::ZERO), &Derivatives::default());
+            assert!(normal.z > 0.0 && (normal.length() - 1.0).abs() < 1e-6, "{normal}");
+        }
+    }
+}

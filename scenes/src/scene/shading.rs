@@ -1,0 +1,127 @@
+//! From a hit to an interaction: the normal, the frame and the BSDF of a point.
+
+use super::Scene;
+use crate::accel::Hit;
+use crate::interaction::{Interaction, Normals};
+use crate::material::{Material, Varying};
+use crate::ray::SurfacePoint;
+use crate::relief::Derivatives;
+use crate::surface::Surface;
+use crate::texture::SurfaceCoordinates;
+use sampling::Vec3;
+use sampling::bsdf::{Bsdf, Lobes};
+use sampling::math::{Frame, Spectrum};
+
+/// What a hit says of its surface, before anything of its material is read.
+struct Found<'a> {
+    point: SurfacePoint,
+    t: f32,
+    /// The shading normal, without a map.
+    ns: Vec3,
+    surface: &'a Surface,
+}
+
+impl Scene {
+    /// The surface at a hit, its material read.
+    #[inline(always)]
+    pub(super) fn interaction(&self, hit: Hit) -> Interaction {
+        let found = self.found(&hit);
+        match &self.materials[found.surface.material.0 as usize] {
+            Material::Constant(bsdf) => {
+                let turned = self.needs.tangents && bsdf.is_anisotropic();
+                let frame = if turned { self.turned_frame(&hit, &found) } else { Frame::from_z(found.ns) };
+                found.finish(*bsdf, frame)
+            }
+            Material::Varying(varying) => self.varying_interaction(&hit, &found, varying),
+        }
+    }
+
+    /// How much of a ray that comes here is met.
+    pub(super) fn opacity(&self, hit: &Hit) -> f32 {
+        let found = self.found(hit);
+        let varying = self.materials[found.surface.material.0 as usize].varying();
+        let Some(opacity) = varying.and_then(|varying| varying.opacity.as_ref()) else { return 1.0 };
+        opacity.at(&self.coordinates(hit, &found)).mean()
+    }
+
+    #[inline(always)]
+    fn found(&self, hit: &Hit) -> Found<'_> {
+        match *hit {
+            Hit::Sphere { t, id, at } => {
+                let surface = &self.surfaces[self.spheres[id as usize].surface as usize];
+                Found { point: at, t, ns: at.ng, surface }
+            }
+            Hit::Triangle { t, id, p, b } => {
+                let info = &self.triangles[id as usize];
+                let surface = &self.surfaces[info.surface as usize];
+                let ns = match surface.attributes {
+                    None => info.ng,
+                    Some(index) => self.attributes[index as usize].normal(id, b, info.ng),
+                };
+                Found { point: SurfacePoint::on_surface(p, info.ng, info.residual), t, ns, surface }
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn varying_interaction(&self, hit: &Hit, found: &Found, varying: &Varying) -> Interaction {
+        let at = self.coordinates(hit, found);
+        let bsdf = varying.bsdf_at(&at);
+        let Some(relief) = &varying.relief else {
+            let turned = self.needs.tangents && bsdf.is_anisotropic();
+            let frame = if turned { self.turned_frame(hit, found) } else { Frame::from_z(found.ns) };
+            return found.finish(bsdf, frame);
+        };
+        let derivatives = self.derivatives(hit, found);
+        let frame = Frame::from_z_x(found.ns, derivatives.dpdu.normalize_or_zero());
+        let normal = relief.normal(&frame, &at, &derivatives);
+        if bsdf.lobes().intersects(Lobes::TRANSMISSION) {
+            // A groove that light passes through has no such simple model: the normal itself is tilted.
+            let ns = frame.to_world(normal).normalize();
+            return Interaction { normals: Normals::Smooth, ..found.finish(bsdf, Frame::from_z_x(ns, frame.x)) };
+        }
+        let normals = Normals::Tilted { normal, smooth: found.ns != found.point.ng };
+        Interaction { normals, ..found.finish(bsdf, frame) }
+    }
+
+    fn turned_frame(&self, hit: &Hit, found: &Found) -> Frame {
+        Frame::from_z_x(found.ns, self.derivatives(hit, found).dpdu.normalize_or_zero())
+    }
+
+    /// Where textures are read at a hit.
+    fn coordinates(&self, hit: &Hit, found: &Found) -> SurfaceCoordinates {
+        let p = found.point.p;
+        match *hit {
+            Hit::Sphere { id, at, .. } => {
+                let uv = self.spheres[id as usize].uv(at.ng);
+                SurfaceCoordinates { p, uv, colour: Spectrum::ONE }
+            }
+            Hit::Triangle { id, b, .. } => match found.surface.attributes {
+                None => SurfaceCoordinates { uv: b, ..SurfaceCoordinates::of(p) },
+                Some(index) => {
+                    let attributes = &self.attributes[index as usize];
+                    SurfaceCoordinates { p, uv: attributes.uv(id, b), colour: attributes.colour(id, b) }
+                }
+            },
+        }
+    }
+
+    /// How the point moves with its texture coordinates.
+    fn derivatives(&self, hit: &Hit, found: &Found) -> Derivatives {
+        match *hit {
+            Hit::Sphere { id, at, .. } => self.spheres[id as usize].derivatives(at.ng),
+            Hit::Triangle { id, .. } => match found.surface.attributes {
+                None => Derivatives::default(),
+                Some(index) => self.attributes[index as usize].derivatives(id),
+            },
+        }
+    }
+}
+
+impl Found<'_> {
+    #[inline(always)]
+    fn finish(&self, bsdf: Bsdf, frame: Frame) -> Interaction {
+        let normals = if self.ns == self.point.ng { Normals::Flat } else { Normals::Smooth };
+        Interaction { point: self.point, t: self.t, frame, normals, bsdf, emitter: self.surface.emitter }
+    }
+}

@@ -1,0 +1,330 @@
+//! Images as textures: PNG, JPEG, Radiance HDR and OpenEXR.
+
+use super::UvMap;
+use image::{DynamicImage, ImageReader, Limits};
+use sampling::math::Spectrum;
+use sampling::{Vec2, vec2};
+use std::fmt;
+use std::io::Cursor;
+use std::sync::Arc;
+
+/// The longest side of an image \[texels\].
+const MAX_SIDE: u32 = 32_768;
+/// The most texels of an image: 4 GiB of the widest kind.
+const MAX_TEXELS: u64 = 1 << 28;
+
+/// What the numbers of an image stand for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Encoding {
+    /// Colours by the transfer function of IEC 61966-2-1.
+    Srgb,
+    /// The values themselves.
+    Linear,
+}
+
+impl Encoding {
+    /// The names by which it is declared.
+    pub const NAMES: [&str; 2] = ["srgb", "linear"];
+
+    /// The value of a colour channel that is stored as `x`, in [0, 1].
+    fn decode(self, x: f32) -> f32 {
+        match self {
+            Self::Linear => x,
+            Self::Srgb if x <= 0.040_45 => x / 12.92,
+            Self::Srgb => ((x + 0.055) / 1.055).powf(2.4),
+        }
+    }
+}
+
+/// What is beyond an image's borders.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wrap {
+    /// The image again.
+    #[default]
+    Repeat,
+    /// The image mirrored.
+    Mirror,
+    /// The texel at the border.
+    Clamp,
+}
+
+impl Wrap {
+    /// The names by which it is declared.
+    pub const NAMES: [&str; 3] = ["repeat", "mirror", "clamp"];
+    /// All of them, in the order of their names.
+    pub const ALL: [Self; 3] = [Self::Repeat, Self::Mirror, Self::Clamp];
+
+    /// The texel of a row of `size` that stands at place `i`.
+    #[inline]
+    fn place(self, i: i64, size: i64) -> usize {
+        let place = match self {
+            Self::Repeat => i.rem_euclid(size),
+            Self::Mirror => {
+                let folded = i.rem_euclid(2 * size);
+                folded.min(2 * size - 1 - folded)
+            }
+            Self::Clamp => i.clamp(0, size - 1),
+        };
+        place as usize
+    }
+}
+
+/// What of an image is read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Channel {
+    /// Red, green and blue.
+    #[default]
+    Colour,
+    /// One of red, green, blue and alpha, as a grey.
+    One(usize),
+}
+
+impl Channel {
+    /// The names of single channels.
+    pub const NAMES: [&str; 4] = ["r", "g", "b", "a"];
+
+    #[inline]
+    fn of(self, texel: [f32; 4]) -> Spectrum {
+        match self {
+            Self::Colour => Spectrum::new(texel[0], texel[1], texel[2]),
+            Self::One(channel) => Spectrum::splat(texel[channel]),
+        }
+    }
+}
+
+/// A decoded image. Its rows run from top to bottom.
+#[derive(Clone, PartialEq)]
+pub struct Image {
+    width: u32,
+    height: u32,
+    texels: Texels,
+    /// The least and the greatest value of every channel.
+    low: [f32; 4],
+    high: [f32; 4],
+    /// BLAKE3 of the file and its encoding.
+    hash: String,
+}
+
+#[derive(Clone, PartialEq)]
+enum Texels {
+    /// Bytes, and the values that they stand for in colour channels; alpha is linear.
+    Bytes(Vec<[u8; 4]>, Box<[f32; 256]>),
+    Floats(Vec<[f32; 4]>),
+}
+
+impl fmt::Debug for Image {
+    /// Tells images apart by their hash.
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}x{} {}", self.width, self.height, self.hash)
+    }
+}
+
+impl Image {
+    /// Decodes the bytes of a file; without `declared`, bytes are decoded as `otherwise` says, and floats are linear.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong, and how to mend it.
+    pub fn decode(bytes: &[u8], declared: Option<Encoding>, otherwise: Encoding) -> Result<Self, String> {
+        let unreadable =
+            |error: image::ImageError| format!("it cannot be read as an image: {error}; give a PNG, JPEG, HDR or EXR");
+        let reader =
+            || ImageReader::new(Cursor::new(bytes)).with_guessed_format().expect("reading memory doesn't fail");
+        let (width, height) = reader().into_dimensions().map_err(unreadable)?;
+        if width > MAX_SIDE || height > MAX_SIDE || u64::from(width) * u64::from(height) > MAX_TEXELS {
+            return Err(format!(
+                "it has {width}x{height} texels; make it at most {MAX_SIDE} a side and {MAX_TEXELS} in all"
+            ));
+        }
+        let mut reader = reader();
+        // The size has been checked; what is left is a decoder's own working memory.
+        let mut limits = Limits::no_limits();
+        limits.max_alloc = Some(16 * MAX_TEXELS * 2);
+        reader.limits(limits);
+        let decoded = reader.decode().map_err(unreadable)?;
+        let hash = |encoding: Encoding| format!("{encoding:?} {}", blake3::hash(bytes).to_hex());
+        let is_float = matches!(decoded, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
+        if is_float && declared == Some(Encoding::Srgb) {
+            return Err("its values are linear by its format; leave `encoding` out".into());
+        }
+        let encoding = declared.unwrap_or(if is_float { Encoding::Linear } else { otherwise });
+        let texels = match decoded {
+            DynamicImage::ImageLuma8(_)
+            | DynamicImage::ImageLumaA8(_)
+            | DynamicImage::ImageRgb8(_)
+            | DynamicImage::ImageRgba8(_) => {
+                let table = std::array::from_fn(|byte| encoding.decode(byte as f32 / 255.0));
+                Texels::Bytes(decoded.to_rgba8().pixels().map(|pixel| pixel.0).collect(), Box::new(table))
+            }
+            other => {
+                let decode = |[r, g, b, a]: [f32; 4]| [encoding.decode(r), encoding.decode(g), encoding.decode(b), a];
+                Texels::Floats(other.to_rgba32f().pixels().map(|pixel| decode(pixel.0)).collect())
+            }
+        };
+        Self::of_texels(width, height, texels, hash(encoding))
+    }
+
+    /// An image of linear values: red, green, blue and alpha, row by row from the top.
+    ///
+    /// # Errors
+    ///
+    /// If there is no texel, one too few or too many, or one that is not finite.
+    pub fn from_linear(width: u32, height: u32, texels: Vec<[f32; 4]>) -> Result<Self, String> {
+        if texels.len() as u64 != u64::from(width) * u64::from(height) {
+            return Err(format!("it has {} texels instead of {width}x{height}", texels.len()));
+        }
+        let bytes: Vec<u8> = texels.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
+        let hash = format!("{width} {}", blake3::hash(&bytes).to_hex());
+        Self::of_texels(width, height, Texels::Floats(texels), hash)
+    }
+
+    fn of_texels(width: u32, height: u32, texels: Texels, hash: String) -> Result<Self, String> {
+        if width == 0 || height == 0 {
+            return Err(format!("it has {width}x{height} texels; give an image with at least one"));
+        }
+        let mut image = Self { width, height, texels, low: [f32::INFINITY; 4], high: [f32::NEG_INFINITY; 4], hash };
+        for index in 0..width as usize * height as usize {
+            let texel = image.texel(index);
+            if texel.iter().any(|value| !value.is_finite()) {
+                let (x, y) = (index % width as usize, index / width as usize);
+                return Err(format!("its texel in column {x}, row {y} is not finite; mend the image"));
+            }
+            image.low = std::array::from_fn(|i| image.low[i].min(texel[i]));
+            image.high = std::array::from_fn(|i| image.high[i].max(texel[i]));
+        }
+        Ok(image)
+    }
+
+    /// Width and height \[texels\].
+    pub fn size(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
+    #[inline]
+    fn texel(&self, index: usize) -> [f32; 4] {
+        match &self.texels {
+            Texels::Bytes(texels, table) => {
+                let [r, g, b, a] = texels[index];
+                let [r, g, b] = [r, g, b].map(|byte| table[usize::from(byte)]);
+                [r, g, b, f32::from(a) * (1.0 / 255.0)]
+            }
+            Texels::Floats(texels) => texels[index],
+        }
+    }
+
+    /// The values at a place, bilinear between the centres of texels; the unit square is the image, its origin at the bottom left.
+    #[inline]
+    fn bilinear(&self, place: Vec2, wrap: Wrap) -> [f32; 4] {
+        let (width, height) = (i64::from(self.width), i64::from(self.height));
+        let x = place.x * width as f32 - 0.5;
+        let y = (1.0 - place.y) * height as f32 - 0.5;
+        let (left, top) = (x.floor(), y.floor());
+        let (fx, fy) = (x - left, y - top);
+        let columns = [left as i64, (left as i64).saturating_add(1)].map(|i| wrap.place(i, width));
+        let rows = [top as i64, (top as i64).saturating_add(1)].map(|i| wrap.place(i, height) * self.width as usize);
+        let [a, b] = [rows[0] + columns[0], rows[0] + columns[1]].map(|index| self.texel(index));
+        let [c, d] = [rows[1] + columns[0], rows[1] + columns[1]].map(|index| self.texel(index));
+        std::array::from_fn(|i| (a[i] * (1.0 - fx) + b[i] * fx) * (1.0 - fy) + (c[i] * (1.0 - fx) + d[i] * fx) * fy)
+    }
+}
+
+/// An image over texture coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageTexture {
+    /// The image.
+    pub image: Arc<Image>,
+    /// What is beyond its borders.
+    pub wrap: Wrap,
+    /// Where it lies.
+    pub map: UvMap,
+    /// What is read of it.
+    pub channel: Channel,
+    /// What its values are multiplied by.
+    pub scale: Spectrum,
+}
+
+impl ImageTexture {
+    /// The value at texture coordinates.
+    #[inline]
+    pub fn at(&self, uv: Vec2) -> Spectrum {
+        self.channel.of(self.image.bilinear(self.map.at(uv), self.wrap)) * self.scale
+    }
+
+    /// The least and the greatest value of every channel.
+    pub fn range(&self) -> (Spectrum, Spectrum) {
+        let [a, b] = [self.image.low, self.image.high].map(|texel| self.channel.of(texel) * self.scale);
+        (super::min(a, b), a.max(b))
+    }
+
+    /// Half a texel, in texture coordinates.
+    pub fn half_texel(&self) -> Vec2 {
+        vec2(0.5 / self.image.width as f32, 0.5 / self.image.height as f32) / self.map.scale
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A PNG of 2×2 texels: black, red; white, and a transparent middle grey.
+    fn png() -> Vec<u8> {
+        let mut image = image::RgbaImage::new(2, 2);
+        for (x, y, texel) in
+            [(0, 0, [0, 0, 0, 255]), (1, 0, [255, 0, 0, 255]), (0, 1, [255; 4]), (1, 1, [128, 128, 128, 0])]
+        {
+            image.put_pixel(x, y, image::Rgba(texel));
+        }
+        let mut bytes = Vec::new();
+        image.write_to(&mut Cursor::new(&mut bytes), image::ImageFormat::Png).unwrap();
+        bytes
+    }
+
+    fn texture(encoding: Encoding, wrap: Wrap, channel: Channel) -> ImageTexture {
+        let image = Arc::new(Image::decode(&png(), None, encoding).unwrap());
+        ImageTexture { image, wrap, map: UvMap::default(), channel, scale: Spectrum::ONE }
+    }
+
+    #[test]
+    fn the_origin_is_at_the_bottom_left_and_centres_have_their_texels() {
+        let linear = texture(Encoding::Linear, Wrap::Repeat, Channel::Colour);
+        assert_eq!(linear.at(vec2(0.25, 0.75)).to_array(), [0.0; 3]);
+        assert_eq!(linear.at(vec2(0.75, 0.75)).to_array(), [1.0, 0.0, 0.0]);
+        assert_eq!(linear.at(vec2(0.25, 0.25)).to_array(), [1.0; 3]);
+        assert!((linear.at(vec2(0.5, 0.75)).to_array()[0] - 0.5).abs() < 1e-6);
+        let srgb = texture(Encoding::Srgb, Wrap::Repeat, Channel::Colour);
+        assert!((srgb.at(vec2(0.75, 0.25)).to_array()[0] - 0.215_861).abs() < 1e-5);
+        let alpha = texture(Encoding::Srgb, Wrap::Repeat, Channel::One(3));
+        assert_eq!(alpha.at(vec2(0.75, 0.25)).to_array(), [0.0; 3]);
+        assert_eq!(alpha.range(), (Spectrum::ZERO, Spectrum::ONE));
+    }
+
+    #[test]
+    fn borders_are_wrapped_as_declared() {
+        // Row of the red texel: to its right comes black again, itself mirrored, or itself.
+        for (wrap, expected) in [(Wrap::Repeat, 0.0), (Wrap::Mirror, 1.0), (Wrap::Clamp, 1.0)] {
+            let texture = texture(Encoding::Linear, wrap, Channel::Colour);
+            assert_eq!(texture.at(vec2(1.25, 0.75)).to_array()[0], expected, "{wrap:?}");
+        }
+        for (wrap, expected) in [(Wrap::Repeat, 1.0), (Wrap::Mirror, 0.0), (Wrap::Clamp, 1.0)] {
+            let texture = texture(Encoding::Linear, wrap, Channel::Colour);
+            assert_eq!(texture.at(vec2(1.75, 0.75)).to_array()[0], expected, "{wrap:?}");
+        }
+    }
+
+    #[test]
+    fn bad_images_are_told() {
+        let truncated = &png()[..40];
+        for (bytes, expected) in
+            [(&b"no image"[..], "it cannot be read as an image"), (truncated, "it cannot be read as an image")]
+        {
+            let message = Image::decode(bytes, None, Encoding::Srgb).unwrap_err();
+            assert!(message.starts_with(expected), "{message}");
+        }
+        let hdr = image::Rgb32FImage::from_pixel(2, 1, image::Rgb([0.5, 2.0, 1.0]));
+        let mut bytes = Vec::new();
+        hdr.write_to(&mut Cursor::new(&mut bytes), image::ImageFormat::Hdr).unwrap();
+        assert!(Image::decode(&bytes, Some(Encoding::Srgb), Encoding::Srgb).unwrap_err().contains("linear"));
+        let image = Image::decode(&bytes, None, Encoding::Srgb).unwrap();
+        assert!((image.high[1] - 2.0).abs() < 0.02, "{:?}", image.high);
+    }
+}
