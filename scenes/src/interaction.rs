@@ -1,6 +1,7 @@
 //! A point of a surface where light scatters.
 
 use crate::emitter::EmitterId;
+use crate::material::MaterialId;
 use crate::ray::SurfacePoint;
 use sampling::bsdf::{Bsdf, BsdfSample, Lobes, TransportMode};
 use sampling::fault;
@@ -28,6 +29,8 @@ pub struct Interaction {
     pub bsdf: Bsdf,
     /// The emitter this surface belongs to.
     pub emitter: Option<EmitterId>,
+    /// What it is made of.
+    pub material: MaterialId,
 }
 
 impl Interaction {
@@ -132,6 +135,7 @@ mod tests {
             uv: Vec2::ZERO,
             bsdf,
             emitter: None,
+            material: MaterialId(0),
         }
     }
 

@@ -1,5 +1,6 @@
 //! What surfaces are made of.
 
+use crate::subsurface::Body;
 use crate::texture::Texture;
 use sampling::Vec3;
 use sampling::bsdf::{Argument, Arguments, Bsdf, Domain, Lambert, Lobes, Misfit, ModelEntry};
@@ -16,6 +17,8 @@ pub enum Material {
     Constant(Bsdf),
     /// One model, of which some parameters vary over the surface.
     Varying(Box<Varying>),
+    /// The boundary of a body that light goes through.
+    Subsurface(Box<Body>),
 }
 
 /// A model of which some parameters vary over the surface.
@@ -44,6 +47,7 @@ impl Material {
         match self {
             Self::Constant(bsdf) => *bsdf,
             Self::Varying(varying) => varying.at(p),
+            Self::Subsurface(body) => body.boundary(),
         }
     }
 
@@ -52,13 +56,14 @@ impl Material {
         match self {
             Self::Constant(bsdf) => bsdf.lobes(),
             Self::Varying(varying) => varying.lobes,
+            Self::Subsurface(body) => body.boundary().lobes() | Lobes::DIFFUSE_REFLECTION,
         }
     }
 
     /// True if reading it depends on the point.
     pub fn is_textured(&self) -> bool {
         match self {
-            Self::Constant(_) => false,
+            Self::Constant(_) | Self::Subsurface(_) => false,
             Self::Varying(varying) => varying.textures.iter().any(|(_, texture)| !texture.is_constant()),
         }
     }
@@ -68,6 +73,7 @@ impl Material {
         match self {
             Self::Constant(bsdf) => matches!(bsdf, Bsdf::Lambert(_)),
             Self::Varying(varying) => varying.model.name == "lambert",
+            Self::Subsurface(_) => false,
         }
     }
 
@@ -76,6 +82,7 @@ impl Material {
         match self {
             Self::Constant(bsdf) => bsdf.is_anisotropic(),
             Self::Varying(varying) => varying.anisotropic,
+            Self::Subsurface(_) => false,
         }
     }
 }

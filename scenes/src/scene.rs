@@ -106,7 +106,7 @@ impl Scene {
     }
 
     #[inline(always)]
-    fn interaction(&self, hit: Hit) -> Interaction {
+    pub(crate) fn interaction(&self, hit: Hit) -> Interaction {
         match hit {
             Hit::Sphere { t, id, at } => {
                 let info = &self.spheres[id as usize];
@@ -143,7 +143,7 @@ impl Scene {
         let bsdf = self.materials[surface.material.0 as usize].bsdf_at(point.p);
         let turned = self.needs.tangents && bsdf.is_anisotropic();
         let frame = if turned { Frame::from_z_x(ns, tangent()) } else { Frame::from_z(ns) };
-        Interaction { point, t, frame, smooth, uv, bsdf, emitter: surface.emitter }
+        Interaction { point, t, frame, smooth, uv, bsdf, emitter: surface.emitter, material: surface.material }
     }
 
     /// Radiance emitted at a surface point in direction `w` (unit, away from it); zero if it doesn't emit that way.

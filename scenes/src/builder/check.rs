@@ -22,7 +22,7 @@ pub(super) fn check(builder: &SceneBuilder) -> Result<(), SceneError> {
     for (index, material) in builder.materials.iter().enumerate() {
         match material {
             Material::Constant(Bsdf::Lambert(lambert)) => check_albedo(lambert.albedo, &format!("material {index}"))?,
-            Material::Constant(_) => {}
+            Material::Constant(_) | Material::Subsurface(_) => {}
             Material::Varying(varying) => {
                 if let Some((name, ..)) = varying.textures().find(|(.., texture)| !texture.is_valid()) {
                     return Err(bad_texture(&format!("the {name} of material {index}")));

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use sampling::bsdf::{Argument, Arguments, Bsdf, Domain, Misfit, Parameter, Preset};
 
-use super::kind;
 use super::reader::{Table, Value};
+use super::{kind, subsurface};
 use crate::builder::SceneBuilder;
 use crate::error::SceneError;
 use crate::material::{Material, MaterialId, Varying};
@@ -31,7 +31,7 @@ impl Materials<'_> {
     pub fn varying(&self, name: &str) -> Option<&Varying> {
         match &self.by_name.get(name)?.1 {
             Material::Varying(varying) => Some(varying),
-            Material::Constant(_) => None,
+            Material::Constant(_) | Material::Subsurface(_) => None,
         }
     }
 }
@@ -67,6 +67,7 @@ pub(super) fn constant(root: &Table, name: &str) -> Result<Bsdf, SceneError> {
     match reader.material(table, &mut vec![*name])? {
         Material::Constant(bsdf) => Ok(bsdf),
         Material::Varying(_) => Err(table.error(format!("`{name}` varies"), "give numbers instead of textures")),
+        Material::Subsurface(_) => Err(table.error(format!("`{name}` is a body"), "name a material with a BSDF alone")),
     }
 }
 
@@ -87,8 +88,10 @@ impl<'a, 'f> Reader<'a, 'f> {
     /// Reads one material: its `type` is the name of a model, its other keys are that model's parameters. `within` are the
     /// names of the materials that are being read.
     fn material(&self, table: &Table<'a>, within: &mut Vec<&'a str>) -> Result<Material, SceneError> {
-        let names: Vec<&str> = Bsdf::MODELS.iter().map(|model| model.name).collect();
-        let model = Bsdf::model(kind(table, &names)?).expect("its name is in the list");
+        let names: Vec<&str> = Bsdf::MODELS.iter().map(|model| model.name).chain([subsurface::NAME]).collect();
+        let Some(model) = Bsdf::model(kind(table, &names)?) else {
+            return subsurface::read(table, within.last().expect("what is read has a name"));
+        };
         let keys: Vec<&str> = std::iter::once("type").chain(model.parameters.iter().map(|p| p.name)).collect();
         table.allow_only(&keys)?;
         let mut arguments = Arguments::presets(model.parameters);
@@ -178,6 +181,7 @@ impl<'a, 'f> Reader<'a, 'f> {
         match material {
             Material::Constant(bsdf) => Ok(bsdf.kept()),
             Material::Varying(_) => Err(value.error("it must be the name of a material that doesn't vary")),
+            Material::Subsurface(_) => Err(value.error("it must be the name of a material without subsurface")),
         }
     }
 }
