@@ -20,5 +20,6 @@ mod scattering;
 mod shading_normals;
 mod splats;
 mod statistics;
+mod subsurface;
 mod support;
 mod variants;
