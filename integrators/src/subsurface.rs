@@ -265,7 +265,7 @@ mod tests {
             let entrance = Entrance { point: hit.point, frame, ng: hit.point.ng * side, subsurface: &wax };
             for i in 0..1000 {
                 let (wi, weight, pdf) =
-                    entrance.sample(Vec2::new((0.5 + i as f32 * 0.618).fract(), (i as f32 + 0.5) / 1e3)).unwrap();
+                    entrance.sample(Vec2::new((0.5 + i as f32 * 0.618_034).fract(), (i as f32 + 0.5) / 1e3)).unwrap();
                 let Scattered { f, cos, pdf: again } = entrance.eval(wi);
                 assert!(wi.z * side > 0.0 && (pdf - again).abs() < 1e-5);
                 assert!((f.mean() * cos / pdf - weight).abs() < 1e-4, "{wi}");

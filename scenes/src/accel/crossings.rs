@@ -111,7 +111,8 @@ mod tests {
             triangles.iter().map(|t| Accel::build(&[*t], Vec::new(), Vec3::ZERO, Skip::Unneeded)).collect();
         let mut met = 0;
         for _ in 0..5000 {
-            let mut ray = Ray::new(random.direction() * 2.0, random.direction());
+            let (o, target) = (random.direction() * 2.0, random.direction() * random.next_1d());
+            let mut ray = Ray::new(o, (target - o).normalize());
             ray.t_max = 4.0 * random.next_1d();
             let found = all(&tree, &ray, |_| true);
             assert_eq!(found, all(&list, &ray, |_| true), "{ray:?}");
