@@ -86,7 +86,7 @@ mod tests {
             ("albedo = \"red\"\nmean_free_path = 1", "test.toml:6: `materials.wax.albedo` is `\"red\"`; a colour is"),
         ];
         for (keys, expected) in cases {
-            let message = load(keys).err().expect(keys);
+            let message = load(keys).expect_err(keys);
             assert!(message.starts_with(expected), "{message}\ninstead of {expected}");
         }
         let misspelt = load("albedo = 1\nmean_free_path = 1\n[materials.x]\ntype = \"subsurfac\"").unwrap_err();
