@@ -37,6 +37,8 @@ const FAULTS: &[(&str, &str)] = &[
     ("light_paths_miscounted", "orders::furnace"),
     ("last_column_left_out", "splats::border_pixels_get_their_share"),
     ("variance_with_n_for_n_minus_1", "statistics::variances_and_covariances_are_those_of_the_replicates"),
+    ("probe_cosine_dropped", "subsurface::balls_give_back_what_comes_within_their_diameter"),
+    ("other_crossings_forgotten", "subsurface::balls_give_back_what_comes_within_their_diameter"),
     ("covariance_dropped", "statistics::variances_and_covariances_are_those_of_the_replicates"),
 ];
 

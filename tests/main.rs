@@ -20,6 +20,7 @@ mod scattering;
 mod shading_normals;
 mod splats;
 mod statistics;
+mod subsurface;
 mod support;
 mod textures;
 mod variants;

@@ -76,7 +76,7 @@ impl Plan {
         for (scene, method) in self.scenes.iter().flat_map(|s| self.methods.iter().map(move |m| (s, m))) {
             let settings = self.render_settings(&*method.method);
             let request = Request::new(settings.orders, settings.tail);
-            let reason = method.method.unsupported(&scene.scene.facts);
+            let reason = method.method.unsupported(&scene.scene);
             if let Some(reason) = reason.or_else(|| method.method.unsupported_request(&request)) {
                 return Err(Error::usage(format!("{} cannot render {}: {reason}", method.label, scene.name)));
             }

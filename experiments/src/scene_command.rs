@@ -47,7 +47,7 @@ fn describe(scene: &Scene) -> Result<Report<'_>, Error> {
     let mut methods = Vec::new();
     for entry in registry.entries() {
         let method = registry.build(entry.name, &serde_json::Value::Null)?;
-        let unsupported = method.unsupported(&scene.facts);
+        let unsupported = method.unsupported(scene);
         methods.push(Support { method: entry.name, unsupported, missing_light: method.missing_light(&scene.facts) });
     }
     Ok(Report {

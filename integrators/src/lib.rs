@@ -9,7 +9,7 @@
 //! - [`request`]: which orders are asked for;
 //! - [`method`]: the traits [`Estimator`] and [`Integrator`], and THE LIST of methods, [`Methods`];
 //! - the algorithms, one a file: [`direct`], [`path`], [`light`], [`bdpt`], with what they share: [`start`], [`vertex`], [`walk`],
-//!   [`connect`], [`next_event`], [`roulette`];
+//!   [`connect`], [`next_event`], [`subsurface`], [`roulette`];
 //! - [`film`] and [`splats`]: one block's sums, and the film they are reduced into, in an order that no thread can change;
 //! - [`render`]: replicates; [`statistics`]: their moments; [`measurement`]: what comes out.
 //!
@@ -32,6 +32,7 @@ pub mod scratch;
 pub mod splats;
 pub mod start;
 pub mod statistics;
+pub mod subsurface;
 pub mod vertex;
 pub mod walk;
 

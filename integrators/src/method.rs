@@ -59,6 +59,9 @@ pub trait Estimator: Serialize + DeserializeOwned + Default + Send + Sync + 'sta
         0..=max_order
     }
 
+    /// Whether it follows light through bodies, from where it leaves them to where it came in.
+    const SUBSURFACE: bool = false;
+
     /// Why it cannot work in a scene that needs this, if so.
     fn unsupported(&self, _needs: &Needs) -> Option<String> {
         None
@@ -98,8 +101,13 @@ pub trait Integrator: Send + Sync {
     /// The orders that it can carry, of those up to `max_order`.
     fn orders(&self, max_order: usize) -> RangeInclusive<usize>;
 
-    /// Why it cannot work in a scene that needs this, if so.
-    fn unsupported(&self, needs: &Needs) -> Option<String>;
+    /// Whether it follows light through bodies, from where it leaves them to where it came in.
+    fn carries_subsurface(&self) -> bool {
+        false
+    }
+
+    /// Why it cannot work in a scene, if so.
+    fn unsupported(&self, scene: &Scene) -> Option<String>;
 
     /// Why it cannot estimate what is asked for, if so.
     fn unsupported_request(&self, request: &Request) -> Option<String>;
@@ -136,8 +144,13 @@ impl<E: Estimator> Integrator for Sampled<E> {
         self.estimator.orders(max_order)
     }
 
-    fn unsupported(&self, needs: &Needs) -> Option<String> {
-        self.estimator.unsupported(needs)
+    fn carries_subsurface(&self) -> bool {
+        E::SUBSURFACE
+    }
+
+    fn unsupported(&self, scene: &Scene) -> Option<String> {
+        let bodies = (!E::SUBSURFACE).then(|| bodies_in(scene)).flatten();
+        bodies.or_else(|| self.estimator.unsupported(&scene.facts))
     }
 
     fn unsupported_request(&self, request: &Request) -> Option<String> {
@@ -151,6 +164,25 @@ impl<E: Estimator> Integrator for Sampled<E> {
     fn begin<'a>(&'a self, scene: &'a Scene, request: &'a Request, replicate: Replicate) -> Box<dyn Pass + 'a> {
         Box::new(Samples { estimator: &self.estimator, scene, request, replicate })
     }
+}
+
+/// What a method that does not follow light through bodies says of a scene with some: which materials, and what to do.
+fn bodies_in(scene: &Scene) -> Option<String> {
+    let names: Vec<String> = scene.bodies().map(|body| format!("`{}`", body.name)).collect();
+    let (material, lets) = match names.len() {
+        0 => return None,
+        1 => ("material", "lets"),
+        _ => ("materials", "let"),
+    };
+    let methods = Methods::standard();
+    let made = |entry: &&MethodEntry| (entry.factory)(&Value::Null).is_ok_and(|method| method.carries_subsurface());
+    let able: Vec<&str> = methods.entries().iter().filter(made).map(|entry| entry.name).collect();
+    Some(format!(
+        "the {material} {} {lets} light through beneath the surface (subsurface), which it cannot follow; use a method that can \
+         ({}), or give the surface a BSDF alone, such as plastic",
+        names.join(", "),
+        able.join(", ")
+    ))
 }
 
 /// A replicate of an estimator.

@@ -31,6 +31,17 @@ impl NextEvent {
     }
 }
 
+/// What a point makes of light that arrives from a direction.
+#[derive(Clone, Copy, Debug)]
+pub struct Scattered {
+    /// What is scattered towards the camera [1/sr], without the cosine.
+    pub f: Spectrum,
+    /// The cosine.
+    pub cos: f32,
+    /// The density [1/sr] with which the walk itself goes on in that direction.
+    pub pdf: f32,
+}
+
 /// The segment from a point to an emitter's point, in direction `wi` where that lies infinitely far.
 #[inline]
 pub fn shadow_ray(from: &SurfacePoint, endpoint: &Endpoint, wi: Vec3) -> Ray {

@@ -2,14 +2,17 @@
 //!
 //! Order `k` is estimated twice, by emitters that the walk hits after `k` scatterings and by an emitter point sampled at
 //! its `k`-th scattering; the two are weighted by MIS [Veach97, ch. 9]. \[Kajiya86\]
+//!
+//! At the boundary of a body a walk is reflected, or goes on from where light came in; that is one scattering.
 
 use crate::contribution::{Contribution, PathView, Sink, Technique};
 use crate::method::{Estimator, Pixel};
-use crate::next_event::{pdf_next_event, pdf_next_event_environment, sample_next_event, weight2};
+use crate::next_event::{Scattered, pdf_next_event, pdf_next_event_environment, sample_next_event, weight2};
 use crate::request::Request;
 use crate::roulette::Roulette;
 use crate::scratch::Scratch;
 use crate::start::{CameraStart, start_camera};
+use crate::subsurface::enter;
 use sampling::Vec2;
 use sampling::Vec3;
 use sampling::bsdf::TransportMode;
@@ -17,7 +20,8 @@ use sampling::fault;
 use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
 use sampling::sampler::{Purpose, Sampler, Subpath};
-use scenes::{Interaction, Needs, Ray, Scene};
+use sampling::subsurface::Subsurface;
+use scenes::{Interaction, Needs, Ray, Scene, SurfacePoint};
 use serde::{Deserialize, Serialize};
 
 /// A path tracer's settings.
@@ -63,6 +67,8 @@ struct Walk<'a, S> {
 }
 
 impl Estimator for Path {
+    const SUBSURFACE: bool = true;
+
     fn unsupported_request(&self, request: &Request) -> Option<String> {
         let endless = request.tail() && self.roulette == Roulette::None;
         endless.then(|| {
@@ -111,10 +117,11 @@ impl<S: Sink> Walk<'_, S> {
                 return;
             }
             sampler.start_vertex(Subpath::Camera, self.order as u32 + 1);
-            if self.settings.next_event && hit.is_connectable() {
-                self.next_event(&hit, wo, sampler, scratch);
-            }
-            let Some(next) = self.scatter(&hit, wo, sampler, scratch) else { return };
+            let next = match self.scene.body_of(&hit) {
+                Some(body) => self.meet_body(&body.subsurface, &hit, wo, sampler, scratch),
+                None => self.meet_surface(&hit, wo, sampler, scratch),
+            };
+            let Some(next) = next else { return };
             ray = next;
         }
     }
@@ -157,22 +164,76 @@ impl<S: Sink> Walk<'_, S> {
         self.add(Technique::connect(0, self.order + 2), self.beta * le, weight);
     }
 
-    /// Samples an emitter from the hit point.
+    /// Takes the walk on from a surface, or ends it.
     #[inline]
-    fn next_event(&mut self, hit: &Interaction, wo: Vec3, sampler: &mut Sampler, scratch: &mut Scratch) {
-        if !self.request.wants(self.order + 1) {
+    fn meet_surface(
+        &mut self,
+        hit: &Interaction,
+        wo: Vec3,
+        sampler: &mut Sampler,
+        scratch: &mut Scratch,
+    ) -> Option<Ray> {
+        if hit.is_connectable() {
+            let scattered = |wi: Vec3| {
+                let (f, pdf) = hit.eval_pdf(wo, wi, TransportMode::Radiance);
+                Scattered { f, cos: fault!("next_event_cosine_dropped", wi.dot(hit.ns()).abs(), 1.0), pdf }
+            };
+            self.next_event(&hit.point, scattered, sampler, scratch);
+        }
+        self.scatter(hit, wo, sampler, scratch)
+    }
+
+    /// Takes the walk on from the boundary of a body, which reflects it or lets it through, or ends it.
+    #[inline(never)]
+    fn meet_body(
+        &mut self,
+        body: &Subsurface,
+        hit: &Interaction,
+        wo: Vec3,
+        sampler: &mut Sampler,
+        scratch: &mut Scratch,
+    ) -> Option<Ray> {
+        let boundary = body.boundary(wo.dot(hit.ns()).abs());
+        let reflected = body.reflection_pmf(boundary);
+        if sampler.get_1d(Purpose::Lobe) < reflected {
+            self.beta = self.beta / reflected;
+            return self.scatter(hit, wo, sampler, scratch);
+        }
+        if body.albedo().is_zero() {
+            return None;
+        }
+        let Scratch { found, counters, .. } = scratch;
+        let (entrance, weight) = enter(self.scene, body, (hit, wo), sampler, found, counters)?;
+        self.beta *= weight * body.passage_weight(boundary);
+        self.next_event(&entrance.point, |wi| entrance.eval(wi), sampler, scratch);
+        scratch.counters.bsdf_samples += 1;
+        let (wi, weight, pdf) = entrance.sample(sampler.get_2d(Purpose::Direction))?;
+        self.advance(Spectrum::splat(weight), sampler)?;
+        self.last = self.settings.next_event.then_some(Scattering { p: entrance.point.p, pdf });
+        Some(entrance.point.spawn(wi))
+    }
+
+    /// Samples an emitter as seen from a point; `scattered` is what the point makes of light from a direction.
+    #[inline]
+    fn next_event(
+        &mut self,
+        from: &SurfacePoint,
+        scattered: impl Fn(Vec3) -> Scattered,
+        sampler: &mut Sampler,
+        scratch: &mut Scratch,
+    ) {
+        if !self.settings.next_event || !self.request.wants(self.order + 1) {
             return;
         }
-        let Some(event) = sample_next_event(self.scene, hit.point.p, sampler) else { return };
+        let Some(event) = sample_next_event(self.scene, from.p, sampler) else { return };
         scratch.counters.connections += 1;
-        let (f, pdf) = hit.eval_pdf(wo, event.wi, TransportMode::Radiance);
-        let cos = fault!("next_event_cosine_dropped", event.wi.dot(hit.ns()).abs(), 1.0);
+        let Scattered { f, cos, pdf } = scattered(event.wi);
         let value = self.beta * f * event.radiance * cos;
         if value.is_zero() {
             return;
         }
         scratch.counters.shadow += 1;
-        if self.scene.occluded(&event.shadow_ray(&hit.point)) {
+        if self.scene.occluded(&event.shadow_ray(from)) {
             return;
         }
         let heuristic = fault!("heuristics_differ_between_sides", self.settings.mis, Heuristic::Balance);
@@ -188,18 +249,23 @@ impl<S: Sink> Walk<'_, S> {
         let u = sampler.get_2d(Purpose::Direction);
         scratch.counters.bsdf_samples += 1;
         let sample = hit.sample(wo, uc, u, TransportMode::Radiance)?;
-        self.beta *= sample.weight;
+        self.advance(sample.weight, sampler)?;
+        let also_next_event = self.settings.next_event && !sample.lobe.is_delta();
+        self.last = also_next_event.then_some(Scattering { p: hit.point.p, pdf: sample.pdf });
+        Some(hit.point.spawn(sample.wi))
+    }
+
+    /// Counts a scattering of this weight, and plays roulette; `None` where the walk ends.
+    #[inline]
+    fn advance(&mut self, weight: Spectrum, sampler: &mut Sampler) -> Option<()> {
+        self.beta *= weight;
         if self.beta.is_zero() {
             return None;
         }
         self.order += 1;
-        let settings = self.settings;
-        self.beta *= settings
-            .roulette
-            .survive(self.beta, self.order, settings.roulette_start, || sampler.get_1d(Purpose::Roulette))?;
-        let also_next_event = settings.next_event && !sample.lobe.is_delta();
-        self.last = also_next_event.then_some(Scattering { p: hit.point.p, pdf: sample.pdf });
-        Some(hit.point.spawn(sample.wi))
+        let Path { roulette, roulette_start, .. } = *self.settings;
+        self.beta *= roulette.survive(self.beta, self.order, roulette_start, || sampler.get_1d(Purpose::Roulette))?;
+        Some(())
     }
 
     #[inline]

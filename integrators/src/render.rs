@@ -80,7 +80,7 @@ impl<'a> Render<'a> {
         }
         let orders = settings.orders.clone().within(method.orders(settings.orders.max_order()));
         let request = Request::new(orders, settings.tail);
-        let reason = method.unsupported(&scene.facts).or_else(|| method.unsupported_request(&request));
+        let reason = method.unsupported(scene).or_else(|| method.unsupported_request(&request));
         let nothing = "it carries none of the orders asked for; ask for lower ones".to_owned();
         let reason = reason.or_else(|| request.layers().is_empty().then_some(nothing));
         if let Some(reason) = reason {

@@ -2,6 +2,7 @@
 
 use crate::connect::PathDensities;
 use crate::measurement::Counters;
+use crate::subsurface::Found;
 use crate::vertex::PathVertex;
 
 /// One thread's buffers and counters; nothing in it outlives a sample but its capacity and the counters.
@@ -13,6 +14,8 @@ pub struct Scratch {
     pub light: Vec<PathVertex>,
     /// The densities of the path at hand.
     pub densities: PathDensities,
+    /// What probing a body has found.
+    pub found: Found,
     /// Work done.
     pub counters: Counters,
 }

@@ -28,6 +28,7 @@
 //! 8. [`moments`]: mergeable means, variances and covariances.
 //! 9. [`bsdf`]: the scattering models, one file a model, and the list of them.
 //! 10. [`tilted`]: a model about a normal that a map has tilted.
+//! 11. [`subsurface`]: what light does that enters a body and leaves it elsewhere.
 //!
 //! # Sources
 //!
@@ -49,6 +50,8 @@
 //! - `[Burley20]` B. Burley: *Practical hash-based Owen scrambling*, JCGT 9(4), 2020.
 //! - `[Chan83]` T. F. Chan, G. H. Golub, R. J. LeVeque: *Algorithms for computing the sample variance*,
 //!   The American Statistician 37(3), 1983.
+//! - `[Christensen15]` P. H. Christensen, B. Burley: *Approximate reflectance profiles for efficient subsurface scattering*,
+//!   Pixar technical memo 15-04, 2015.
 //! - `[Cook82]` R. L. Cook, K. E. Torrance: *A reflectance model for computer graphics*, ACM Transactions on Graphics 1(1),
 //!   1982.
 //! - `[Duff17]` T. Duff et al.: *Building an orthonormal basis, revisited*, JCGT 6(1), 2017.
@@ -75,6 +78,7 @@
 //!   Pd*, Physical Review B 9, 1974.
 //! - `[Kajiya86]` J. T. Kajiya: *The rendering equation*, SIGGRAPH 1986.
 //! - `[Kensler13]` A. Kensler: *Correlated multi-jittered sampling*, Pixar technical memo 13-01, 2013.
+//! - `[King13]` A. King, C. Kulla, A. Conty, M. Fajardo: *BSSRDF importance sampling*, SIGGRAPH 2013 talks.
 //! - `[Kulla17]` C. Kulla, A. Conty: *Revisiting physically based shading at Imageworks*, SIGGRAPH 2017 course
 //!   *Physically based shading in theory and practice*.
 //! - `[Lafortune93]` E. P. Lafortune, Y. D. Willems: *Bi-directional path tracing*, Compugraphics 1993.
@@ -89,6 +93,7 @@
 //! - `[ONeill14]` M. E. O'Neill: *PCG: a family of simple fast space-efficient statistically good algorithms for
 //!   random number generation*, HMC-CS-2014-0905, 2014.
 //! - `[Oren94]` M. Oren, S. K. Nayar: *Generalization of Lambert's reflectance model*, SIGGRAPH 1994.
+//! - `[PBRT3]` M. Pharr, W. Jakob, G. Humphreys: *Physically Based Rendering*, 3rd edition, 2016.
 //! - `[PBRT4]` M. Pharr, W. Jakob, G. Humphreys: *Physically Based Rendering*, 4th edition, 2023.
 //! - `[Phong75]` B. T. Phong: *Illumination for computer generated pictures*, Communications of the ACM 18(6), 1975.
 //! - `[Querry85]` M. R. Querry: *Optical constants*, contractor report CRDC-CR-85034, 1985.
@@ -132,6 +137,7 @@ pub mod mis;
 pub mod moments;
 pub mod rng;
 pub mod sampler;
+pub mod subsurface;
 pub mod tilted;
 pub mod warp;
 

@@ -140,6 +140,12 @@ pub enum Purpose {
     NextPosition = 9,
     /// Where on the camera a connection ends.
     NextCamera = 10,
+    /// Which channel's profile probes a body.
+    ProbeChannel = 11,
+    /// How far and where to a body is probed.
+    ProbePosition = 12,
+    /// Which of the places found is taken.
+    ProbeChoice = 13,
 }
 
 /// A source of uniform numbers in [0, 1), one address at a time.

@@ -1,6 +1,7 @@
 //! A point of a surface where light scatters.
 
 use crate::emitter::EmitterId;
+use crate::material::MaterialId;
 use crate::ray::SurfacePoint;
 use sampling::bsdf::{Bsdf, BsdfSample, Lobes, TransportMode};
 use sampling::fault;
@@ -27,6 +28,8 @@ pub struct Interaction {
     pub bsdf: Bsdf,
     /// The emitter this surface belongs to.
     pub emitter: Option<EmitterId>,
+    /// What it is made of.
+    pub material: MaterialId,
 }
 
 /// How the normals that light scatters about differ from the geometric one.
@@ -167,6 +170,7 @@ mod tests {
             normals: Normals::Smooth,
             bsdf,
             emitter: None,
+            material: MaterialId(0),
         }
     }
 

@@ -21,7 +21,7 @@
 //! 1. [`ray`]: rays, segments, and points that they can leave.
 //! 2. [`scene`] and [`interaction`]: the questions an integrator asks.
 //! 3. [`emitter`] and [`camera`]: the two ends of a path.
-//! 4. [`material`], [`texture`] and [`relief`]: what surfaces do.
+//! 4. [`material`], [`texture`] and [`relief`]: what surfaces do; [`subsurface`]: what goes on beneath them.
 //! 5. [`shape`] and `accel`: where surfaces are.
 //! 6. [`builder`] and [`needs`]: how a scene is made, and what it doesn't need.
 //! 7. [`mod@load`], [`description`], [`import`] and [`builtin`]: scenes by name or path, scene files, other formats, and the
@@ -44,6 +44,7 @@ pub mod ray;
 pub mod relief;
 pub mod scene;
 pub mod shape;
+pub mod subsurface;
 mod suggest;
 mod surface;
 #[cfg(test)]
@@ -61,4 +62,5 @@ pub use needs::{Needs, Skip};
 pub use ray::{Ray, SurfacePoint};
 pub use relief::Relief;
 pub use scene::Scene;
+pub use subsurface::Body;
 pub use texture::Texture;

@@ -1,6 +1,7 @@
 //! What surfaces are made of.
 
 use crate::relief::Relief;
+use crate::subsurface::Body;
 use crate::texture::{SurfaceCoordinates, Texture};
 use sampling::bsdf::{Argument, Arguments, Bsdf, Domain, Lambert, Lobes, Misfit, ModelEntry};
 use sampling::math::Spectrum;
@@ -16,6 +17,8 @@ pub enum Material {
     Constant(Bsdf),
     /// One model, of which something varies over the surface.
     Varying(Box<Varying>),
+    /// The boundary of a body that light goes through.
+    Subsurface(Box<Body>),
 }
 
 /// A model of which something varies over the surface.
@@ -53,7 +56,7 @@ impl Material {
     /// What varies of it, if anything does.
     pub fn varying(&self) -> Option<&Varying> {
         match self {
-            Self::Constant(_) => None,
+            Self::Constant(_) | Self::Subsurface(_) => None,
             Self::Varying(varying) => Some(varying),
         }
     }
@@ -63,6 +66,7 @@ impl Material {
         match self {
             Self::Constant(bsdf) => bsdf.lobes(),
             Self::Varying(varying) => varying.seen.lobes,
+            Self::Subsurface(body) => body.boundary().lobes() | Lobes::DIFFUSE_REFLECTION,
         }
     }
 
@@ -81,6 +85,7 @@ impl Material {
         match self {
             Self::Constant(bsdf) => matches!(bsdf, Bsdf::Lambert(_)),
             Self::Varying(varying) => varying.model.name == "lambert" && varying.relief.is_none(),
+            Self::Subsurface(_) => false,
         }
     }
 
@@ -96,6 +101,7 @@ impl Material {
         match self {
             Self::Constant(bsdf) => bsdf.is_anisotropic(),
             Self::Varying(varying) => varying.seen.anisotropic || varying.relief.is_some(),
+            Self::Subsurface(_) => false,
         }
     }
 }

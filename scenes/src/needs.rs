@@ -33,6 +33,8 @@ pub struct Needs {
     pub delta_lobes: bool,
     /// Some surface has a part that isn't Dirac, so that connections can contribute.
     pub non_delta_lobes: bool,
+    /// Some surface bounds a body that light goes through, so that it leaves elsewhere than it came in.
+    pub subsurface: bool,
     /// Every surface is Lambertian.
     pub only_lambertian: bool,
     /// Number of emitters.
@@ -64,6 +66,7 @@ impl Needs {
             ("masks", !self.masks),
             ("delta_lobes", !self.delta_lobes),
             ("connections", !self.non_delta_lobes),
+            ("subsurface", !self.subsurface),
             ("emitter_choice", !self.emitter_choice),
             ("emitter_hits", !self.hittable_emitters),
             ("delta_emitters", !self.delta_emitters),

@@ -58,7 +58,7 @@ pub use conductor::Conductor;
 pub use cook_torrance::CookTorrance;
 pub use dielectric::Dielectric;
 pub use distribution_based::{DistributionBased, HalfVectors};
-pub use fresnel::{DielectricFresnel, fresnel_conductor, fresnel_dielectric};
+pub use fresnel::{DielectricFresnel, diffuse_transmittance, fresnel_conductor, fresnel_dielectric};
 pub use ggx::Ggx;
 pub use lafortune::Lafortune;
 pub use lambert::Lambert;

@@ -1,7 +1,7 @@
 use super::strata::in_cell;
 use super::*;
 
-const PURPOSES: [Purpose; 11] = [
+const PURPOSES: [Purpose; 14] = [
     Purpose::Film,
     Purpose::Lens,
     Purpose::EmitterChoice,
@@ -13,6 +13,9 @@ const PURPOSES: [Purpose; 11] = [
     Purpose::NextEmitter,
     Purpose::NextPosition,
     Purpose::NextCamera,
+    Purpose::ProbeChannel,
+    Purpose::ProbePosition,
+    Purpose::ProbeChoice,
 ];
 
 fn key() -> StreamKey {

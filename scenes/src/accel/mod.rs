@@ -5,6 +5,7 @@
 //! Whichever it is, the hits are the same: boxes only decide what is looked at.
 
 mod block;
+mod crossings;
 mod pairing;
 mod query;
 mod traverse;
@@ -14,6 +15,7 @@ use crate::needs::Skip;
 use crate::ray::{Ray, SurfacePoint};
 use crate::shape::{Sphere, Triangle};
 use block::{Block, LANES, PAIRS};
+pub(crate) use crossings::Primitive;
 use query::{Query, dominant_axis};
 use sampling::{Vec2, Vec3};
 use tree::Node;

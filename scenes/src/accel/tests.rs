@@ -4,7 +4,7 @@ use crate::test_support::{Random, add_room, built, bumpy_ball, grey_builder};
 use glam::{DVec3, dvec3};
 use sampling::vec3;
 
-fn random_triangles(random: &mut Random, count: usize, size: f32) -> Vec<Triangle> {
+pub(super) fn random_triangles(random: &mut Random, count: usize, size: f32) -> Vec<Triangle> {
     (0..count)
         .map(|_| {
             let at = random.direction() * random.next_1d();

@@ -109,6 +109,30 @@ impl Accel {
         }
     }
 
+    /// Visits the leaves whose boxes the ray meets, in any order.
+    pub(super) fn leaves_met(&self, ray: &Ray, mut visit: impl FnMut(Child)) {
+        let slabs = Slabs::new(ray);
+        let limit = ray.t_max * FAR;
+        let mut stack = [0 as Child; DEEP_STACK];
+        let mut top = 1;
+        while top > 0 {
+            top -= 1;
+            let child = stack[top];
+            if child & LEAF != 0 {
+                visit(child);
+                continue;
+            }
+            let node = &self.nodes[child as usize];
+            let (_, mut mask) = slabs.enter(node, limit);
+            while mask != 0 {
+                let lane = mask.trailing_zeros() as usize;
+                mask &= mask - 1;
+                stack[top] = node.children[lane % WIDTH];
+                top += 1;
+            }
+        }
+    }
+
     /// Boxes in any order, until something is met.
     #[inline(never)]
     fn any_with_stack<const Z: usize, const N: usize>(&self, ray: &Ray, query: &Query, t_max: f64) -> bool {

@@ -30,6 +30,7 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
     }
     parts.check_extent(&camera)?;
     let bounds = parts.bounds();
+    parts.bound_bodies();
     for (position, intensity) in builder.points {
         parts.emitters.push(Emitter::Point(PointEmitter { position: (position - shift).as_vec3(), intensity }));
     }
@@ -105,7 +106,7 @@ fn materials(given: &[Material], shift: DVec3, skip: Skip) -> Vec<Material> {
     let build = |material: &Material| match material {
         Material::Varying(varying) => (**varying).clone().recentred(shift).into(),
         Material::Constant(Bsdf::Lambert(lambert)) if skip == Skip::Nothing => Material::lambert(lambert.albedo.into()),
-        Material::Constant(bsdf) => Material::Constant(*bsdf),
+        Material::Constant(_) | Material::Subsurface(_) => material.clone(),
     };
     given.iter().map(build).collect()
 }

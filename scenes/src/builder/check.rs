@@ -24,7 +24,7 @@ pub(super) fn check(builder: &SceneBuilder) -> Result<(), SceneError> {
             Material::Constant(Bsdf::Lambert(lambert)) => {
                 check_albedo(lambert.albedo, &builder.material_names[index].to_string())?;
             }
-            Material::Constant(_) => {}
+            Material::Constant(_) | Material::Subsurface(_) => {}
             Material::Varying(varying) => {
                 if let Some(fault) = varying.all_textures().find_map(Texture::fault) {
                     return Err(bad_texture(&builder.material_names[index].to_string(), fault));

@@ -12,6 +12,7 @@ use crate::material::Material;
 use crate::needs::{Needs, Skip};
 use crate::scene::BoundingSphere;
 use crate::shape::{BakedMesh, Geometry, MeshData, Parallelogram, Sphere, Triangle, bake_mesh};
+use crate::subsurface::{self, Places};
 use crate::surface::{Attributes, SphereInfo, Surface, TriangleInfo, derivatives};
 use crate::texture::{SurfaceCoordinates, Texture};
 use glam::DVec3;
@@ -221,6 +222,12 @@ impl Parts {
         BoundingSphere { center, radius: reach * (1.0 + 8.0 * f32::EPSILON) }
     }
 
+    /// Notes of every body where its surfaces are; called once all shapes are there.
+    pub fn bound_bodies(&mut self) {
+        let Parts { materials, surfaces, triangles, infos, spheres, sphere_infos, .. } = self;
+        subsurface::bound(materials, &Places { surfaces, triangles, infos, spheres, sphere_infos });
+    }
+
     /// What the scene asks of a method; called once all emitters are there.
     pub fn needs(&self, skip: Skip) -> Needs {
         let used = || self.surfaces.iter().map(|surface| &self.materials[surface.material.0 as usize]);
@@ -238,6 +245,7 @@ impl Parts {
             textures: everything || used().any(Material::is_textured) || self.emitters.iter().any(textured),
             delta_lobes: everything || has(Lobes::DELTA),
             non_delta_lobes: everything || has(Lobes::NON_DELTA),
+            subsurface: everything || used().any(|material| matches!(material, Material::Subsurface(_))),
             only_lambertian: !everything && used().all(Material::is_lambertian),
             emitters: self.emitters.len(),
             emitter_choice: everything || bright().count() > 1,

@@ -7,9 +7,9 @@ use std::path::Path;
 use sampling::bsdf::{Argument, Arguments, Bsdf, Domain, Misfit, Parameter, Preset};
 use sampling::math::Spectrum;
 
-use super::kind;
 use super::reader::{Table, Value};
 use super::textures::Textures;
+use super::{kind, subsurface};
 use crate::builder::{MaterialName, SceneBuilder};
 use crate::error::SceneError;
 use crate::material::{Material, MaterialId, Varying};
@@ -69,6 +69,7 @@ pub(super) fn constant(root: &Table, name: &str) -> Result<Bsdf, SceneError> {
     match reader.named(name, table, &mut vec![*name])? {
         Material::Constant(bsdf) => Ok(bsdf),
         Material::Varying(_) => Err(table.error(format!("`{name}` varies"), "give numbers instead of textures")),
+        Material::Subsurface(_) => Err(table.error(format!("`{name}` is a body"), "name a material with a BSDF alone")),
     }
 }
 
@@ -105,8 +106,10 @@ impl<'a, 'f> Reader<'a, 'f> {
 
     /// Reads one material: its `type` is the name of a model, its other keys are that model's parameters and [`COMMON`] ones.
     fn material(&self, table: &Table<'a>, within: &mut Vec<&'a str>) -> Result<Material, SceneError> {
-        let names: Vec<&str> = Bsdf::MODELS.iter().map(|model| model.name).collect();
-        let model = Bsdf::model(kind(table, &names)?).expect("its name is in the list");
+        let names: Vec<&str> = Bsdf::MODELS.iter().map(|model| model.name).chain([subsurface::NAME]).collect();
+        let Some(model) = Bsdf::model(kind(table, &names)?) else {
+            return subsurface::read(table, within.last().expect("what is read has a name"));
+        };
         let keys: Vec<&str> = COMMON.into_iter().chain(model.parameters.iter().map(|p| p.name)).collect();
         table.allow_only(&keys)?;
         let mut arguments = Arguments::presets(model.parameters);
@@ -225,6 +228,7 @@ impl<'a, 'f> Reader<'a, 'f> {
         match material {
             Material::Constant(bsdf) => Ok(bsdf.kept()),
             Material::Varying(_) => Err(value.error("it must be the name of a material that doesn't vary")),
+            Material::Subsurface(_) => Err(value.error("it must be the name of a material without subsurface")),
         }
     }
 }

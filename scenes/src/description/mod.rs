@@ -30,6 +30,7 @@
 mod materials;
 mod reader;
 mod shapes;
+mod subsurface;
 mod textures;
 mod transform;
 

@@ -24,7 +24,7 @@ struct Found<'a> {
 impl Scene {
     /// The surface at a hit, its material read.
     #[inline(always)]
-    pub(super) fn interaction(&self, hit: Hit) -> Interaction {
+    pub(crate) fn interaction(&self, hit: Hit) -> Interaction {
         let found = self.found(&hit);
         match &self.materials[found.surface.material.0 as usize] {
             Material::Constant(bsdf) => {
@@ -33,6 +33,7 @@ impl Scene {
                 found.finish(*bsdf, frame)
             }
             Material::Varying(varying) => self.varying_interaction(&hit, &found, varying),
+            Material::Subsurface(body) => found.finish(body.boundary(), Frame::from_z(found.ns)),
         }
     }
 
@@ -122,6 +123,14 @@ impl Found<'_> {
     #[inline(always)]
     fn finish(&self, bsdf: Bsdf, frame: Frame) -> Interaction {
         let normals = if self.ns == self.point.ng { Normals::Flat } else { Normals::Smooth };
-        Interaction { point: self.point, t: self.t, frame, normals, bsdf, emitter: self.surface.emitter }
+        Interaction {
+            point: self.point,
+            t: self.t,
+            frame,
+            normals,
+            bsdf,
+            emitter: self.surface.emitter,
+            material: self.surface.material,
+        }
     }
 }

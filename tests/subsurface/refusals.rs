@@ -1,0 +1,85 @@
+//! What is refused, and in which words.
+
+use super::*;
+use crate::support::ALL;
+use integrators::Methods;
+
+#[test]
+fn methods_that_cannot_follow_light_through_bodies_say_so() {
+    let scene = half_space(GREEN, DVec3::ZERO, Skip::Unneeded);
+    for name in ALL {
+        let method = method(name);
+        let error = Render::new(&scene, method.as_ref(), settings(1, SamplerKind::Independent)).err();
+        if name == "path" {
+            assert!(error.is_none() && method.carries_subsurface());
+            continue;
+        }
+        let message = error.expect(name).to_string();
+        for word in [name, "`stuff`", "subsurface", "use a method that can (path)"] {
+            assert!(message.contains(word), "{name}: `{word}` in {message}");
+        }
+    }
+    // A material that no shape has is in nobody's way.
+    let mut builder = SceneBuilder::new("unused");
+    builder.material(GREEN.material());
+    let grey = builder.material(crate::support::lambert(0.5));
+    floor(&mut builder, DVec3::ZERO, grey);
+    builder.environment(Spectrum::ONE);
+    builder.camera(camera(dvec3(0.3, 1.0, 1.7), DVec3::ZERO, 50.0, SIZE));
+    let scene = builder.build(Skip::Unneeded).unwrap();
+    assert!(!scene.needs.subsurface);
+    for entry in Methods::standard().entries() {
+        let method = Methods::standard().build(entry.name, &Value::Null).unwrap();
+        assert_eq!(method.unsupported(&scene), None, "{}", entry.name);
+    }
+}
+
+const WAX: &str = r#"
+[camera]
+position = [0, 0, 3]
+target = [0, 0, 0]
+width = 8
+height = 8
+[materials.wax]
+type = "subsurface"
+albedo = 0.8
+mean_free_path = 0.1
+[[shapes]]
+type = "sphere"
+center = [0, 0, 0]
+radius = 1
+material = "wax"
+[[emitters]]
+type = "constant"
+radiance = 1
+"#;
+
+/// Runs the program; gives its exit status and what it said.
+fn neumann(folder: &std::path::Path, arguments: &[&str]) -> (Option<i32>, String) {
+    let program = env!("CARGO_BIN_EXE_neumann");
+    let output = std::process::Command::new(program).current_dir(folder).args(arguments).output().unwrap();
+    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+#[test]
+fn the_program_ends_with_one_message() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("wax.toml", WAX);
+    write("hot.toml", &WAX.replace("albedo = 0.8", "albedo = [0.8, 1.8, 0.8]"));
+    let cases: [(&[&str], &str); 3] = [
+        (&["render", "wax.toml", "-i", "bdpt"], "bdpt cannot render this scene: the material `wax` lets light through"),
+        (&["run", "comparison", "--set", "scenes=[\"wax.toml\"]"], "cannot render wax: the material `wax` lets light"),
+        (
+            &["render", "hot.toml"],
+            "hot.toml:9: `materials.wax.albedo` is `[0.8, 1.8, 0.8]`; keep every channel between",
+        ),
+    ];
+    for (arguments, expected) in cases {
+        let (status, message) = neumann(folder.path(), arguments);
+        assert_eq!(status, Some(2), "{arguments:?}: {message}");
+        assert!(message.contains(expected) && message.matches("error:").count() == 1, "{arguments:?}: {message}");
+    }
+    let (status, message) = neumann(folder.path(), &["render", "wax.toml", "-i", "path", "--spp", "4", "-q"]);
+    assert_eq!(status, Some(0), "{message}");
+}
