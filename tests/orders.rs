@@ -10,7 +10,7 @@ use integrators::Integrator;
 use sampling::bsdf::{Bsdf, Mirror};
 use sampling::math::Spectrum;
 use sampling::{Vec3, vec3};
-use scenes::{MeshData, Scene, SceneBuilder, Skip, Texture};
+use scenes::{Emission, MeshData, Scene, SceneBuilder, Skip, Texture};
 
 /// Width and height of the images.
 const SIZE: u32 = 8;
@@ -68,6 +68,20 @@ fn tetrahedron(albedo: f32, emitted: f32) -> Scene {
     builder.emit(ball, shining(emitted));
     builder.camera(camera(dvec3(0.5, 0.5, 0.8), DVec3::ZERO, 50.0, SIZE));
     builder.build(Skip::Unneeded).unwrap()
+}
+
+/// A sphere that shines on both sides, seen from within: rounding puts points of its wall on either side of it.
+#[test]
+fn two_sided_sphere_from_within() {
+    let (albedo, emitted) = (0.6f32, 0.8f32);
+    let mut builder = SceneBuilder::new("two-sided sphere");
+    let wall = builder.material(lambert(albedo));
+    let sphere = builder.sphere(dvec3(3.0, 1.0, -2.0), 1.0, wall);
+    builder.emit(sphere, Emission { two_sided: true, ..shining(emitted) });
+    builder.camera(camera(dvec3(3.4, 1.3, -1.4), dvec3(3.1, 1.0, -3.0), 80.0, SIZE));
+    let scene = builder.build(Skip::Unneeded).unwrap();
+    let truth = Truth::new(&scene, |_, _| (0..=4).map(|order| f64::from(emitted * albedo.powi(order))).collect());
+    compare(&truth, &ALL, plain, 32);
 }
 
 /// A sphere with a point emitter at its centre: L_k = ρ(x) ρ̄^(k−1) I / (πR²) for k ≥ 1.

@@ -87,7 +87,7 @@ impl SurfacePoint {
 
 /// Bounds twice the rounding of a vector's components, measured along any direction, with a half of it to spare.
 #[inline]
-fn rounding(v: Vec3) -> f32 {
+pub(crate) fn rounding(v: Vec3) -> f32 {
     3.0 * UNIT_ROUNDOFF * (v.x.abs() + v.y.abs() + v.z.abs())
 }
 

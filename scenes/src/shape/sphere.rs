@@ -1,7 +1,7 @@
 //! The analytic sphere.
 
 use super::AreaSample;
-use crate::ray::{SurfacePoint, UNIT_ROUNDOFF};
+use crate::ray::{SurfacePoint, UNIT_ROUNDOFF, rounding};
 use glam::DVec3;
 use sampling::math::Frame;
 use sampling::{Vec2, Vec3, vec3, warp};
@@ -101,13 +101,15 @@ impl Sphere {
         self.cone(p_ref).map(|cone| cone.pdf())
     }
 
+    /// None from inside, and from points that may be inside but for their rounding: its own surface, seen from either side.
     #[inline]
     fn cone(&self, p_ref: Vec3) -> Option<Cone> {
         let distance2 = p_ref.as_dvec3().distance_squared(self.center.as_dvec3());
-        let radius2 = f64::from(self.radius) * f64::from(self.radius);
-        if distance2 <= radius2 {
+        let reach = f64::from(self.radius + rounding(p_ref) + rounding(Vec3::splat(self.radius)));
+        if distance2 <= reach * reach {
             return None;
         }
+        let radius2 = f64::from(self.radius) * f64::from(self.radius);
         let sin2 = radius2 / distance2;
         // Without the cancellation of 1 − √(1 − sin²), for spheres that look small.
         let versine = sin2 / (1.0 + (1.0 - sin2).sqrt());
