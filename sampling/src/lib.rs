@@ -69,6 +69,8 @@
 //!   1981.
 //! - `[Ize13]` T. Ize: *Robust BVH ray traversal*, JCGT 2(2), 2013.
 //! - `[Jakob14]` W. Jakob: *An improved visible normal sampling routine for the Beckmann distribution*, ETH Zürich, 2014.
+//! - `[Joe08]` S. Joe, F. Y. Kuo: *Constructing Sobol sequences with better two-dimensional projections*, SIAM Journal on Scientific
+//!   Computing 30(5), 2008.
 //! - `[Johnson72]` P. B. Johnson, R. W. Christy: *Optical constants of the noble metals*, Physical Review B 6, 1972.
 //! - `[Johnson74]` P. B. Johnson, R. W. Christy: *Optical constants of transition metals: Ti, V, Cr, Mn, Fe, Co, Ni, and
 //!   Pd*, Physical Review B 9, 1974.

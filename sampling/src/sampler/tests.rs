@@ -206,9 +206,26 @@ fn sobols_points_are_nets_in_a_pixel_and_of_light_walks_in_the_image() {
         assert!(is_net(&points(kind, Subpath::Camera, 5..6, Purpose::Direction)), "{kind}");
         assert!(is_net(&points(kind, Subpath::Light, 0..64, Purpose::Direction)), "{kind}");
     }
-    assert!(is_net(&points(SamplerKind::Zsobol, Subpath::Camera, 0..64, Purpose::NextPosition)));
-    assert!(!is_net(&points(SamplerKind::Sobol, Subpath::Camera, 0..64, Purpose::NextPosition)));
+    assert!(is_net(&points(SamplerKind::Zsobol, Subpath::Camera, 0..64, Purpose::Direction)));
+    assert!(!is_net(&points(SamplerKind::Sobol, Subpath::Camera, 0..64, Purpose::Direction)));
     assert!(!is_net(&points(SamplerKind::Stratified, Subpath::Camera, 5..6, Purpose::Direction)));
+}
+
+/// The place on the film and the choice of an emitter, as next-event estimation in a pixel needs them, are spread together.
+#[test]
+fn sobols_points_are_spread_over_film_and_emitters_together() {
+    for kind in [SamplerKind::Sobol, SamplerKind::Zsobol] {
+        let mut s = Sampler::new(kind, key(), 64, (8, 8));
+        let mut cells = [0; 32];
+        for sample in 0..64 {
+            s.start_sample(9, sample);
+            let film = s.get_2d(Purpose::Film);
+            s.start_vertex(Subpath::Camera, 1);
+            let emitter = s.get_1d(Purpose::NextEmitter);
+            cells[(emitter * 4.0) as usize * 8 + (film.y * 2.0) as usize * 4 + (film.x * 4.0) as usize] += 1;
+        }
+        assert_eq!(cells, [2; 32], "{kind}");
+    }
 }
 
 #[test]
