@@ -45,7 +45,8 @@ fn a_crop_has_the_bits_of_the_whole_image() {
                     let (column, row) = (pixel as u32 % part.width, pixel as u32 / part.width);
                     let place = ((window.y.start + row) * SIZE + window.x.start + column) as usize;
                     for layer in 0..part.layers.len() {
-                        let label = format!("{name} {filter} {sampler} {window:?}, pixel {column} {row}, layer {layer}");
+                        let label =
+                            format!("{name} {filter} {sampler} {window:?}, pixel {column} {row}, layer {layer}");
                         assert_eq!(part.mean(layer, pixel), whole.mean(layer, place), "{label}");
                         assert_eq!(part.variance(layer, pixel), whole.variance(layer, place), "{label}");
                     }

@@ -1,9 +1,9 @@
 //! Experiment files: what is asked, in TOML.
 
 use crate::error::{Error, unknown};
+pub use samplers::Samplers;
 use sampling::filter::Filter;
 use sampling::sampler::SamplerKind;
-pub use samplers::Samplers;
 use serde::{Deserialize, Serialize};
 
 mod samplers;
@@ -162,9 +162,7 @@ impl Experiment {
         match (self.spp, self.seconds) {
             (None, None) => fault("spp", "no budget; give spp (samples per pixel) or seconds"),
             (Some(_), Some(_)) => fault("seconds", "spp and seconds are both given; leave one out"),
-            (Some(spp), None) => {
-                samples_per_replicate(spp, self.replicates).map(|_| ()).or_else(|e| fault("spp", e))
-            }
+            (Some(spp), None) => samples_per_replicate(spp, self.replicates).map(|_| ()).or_else(|e| fault("spp", e)),
             (None, Some(seconds)) => check_seconds(seconds).or_else(|e| fault("seconds", e)),
         }
     }

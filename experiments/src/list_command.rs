@@ -1,8 +1,8 @@
 //! `neumann list`: what can be named, read from the lists themselves.
 
 use crate::cli::{ListArgs, ListKind, print};
-use crate::source::Source;
 use crate::error::{Error, Status};
+use crate::source::Source;
 use integrators::Methods;
 use sampling::bsdf::Bsdf;
 use sampling::filter::Filter;

@@ -198,9 +198,8 @@ mod tests {
 
     #[test]
     fn every_method_is_run_with_every_sampler_and_draws_numbers_of_its_own() {
-        let labels = |changes: &[&str]| -> Vec<String> {
-            plan(changes).unwrap().methods.into_iter().map(|m| m.label).collect()
-        };
+        let labels =
+            |changes: &[&str]| -> Vec<String> { plan(changes).unwrap().methods.into_iter().map(|m| m.label).collect() };
         let samplers = "sampler=[\"independent\", \"sobol\"]";
         assert_eq!(labels(&[samplers, "methods=[{name=\"path\"}]"]), ["independent", "sobol"]);
         assert_eq!(

@@ -311,7 +311,10 @@ impl Table {
             let of = |label: &str| result.methods.iter().find(|m| m.scene == row.scene && m.label == label);
             let (Some(a), Some(b)) = (of(&row.a), of(&row.b)) else { continue };
             let pair = format!("{} vs {}", a.entry, b.entry);
-            let samplers = format!("{} vs {}", a.sampler, b.sampler);
+            let samplers = match a.sampler == b.sampler {
+                true => a.sampler.to_string(),
+                false => format!("{} vs {}", a.sampler, b.sampler),
+            };
             let blank = Record {
                 experiment: &result.name,
                 scene: &row.scene,

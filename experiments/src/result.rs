@@ -249,6 +249,7 @@ pub struct SceneRecord {
     /// Content hash.
     pub hash: String,
     /// The camera's pixel filter.
+    #[serde(default)]
     pub filter: String,
     /// What the scene lets a render leave out.
     pub skipped: Vec<String>,
@@ -266,6 +267,7 @@ pub struct MethodRecord {
     /// All of its settings.
     pub settings: Value,
     /// Where its random numbers came from.
+    #[serde(default)]
     pub sampler: SamplerKind,
 }
 

@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
 /// The experiments embedded in the program: names and files.
-pub const LIBRARY: [(&str, &str); 4] = [
+pub const LIBRARY: [(&str, &str); 5] = [
     ("comparison", include_str!("../library/comparison.toml")),
     ("convergence", include_str!("../library/convergence.toml")),
-    ("samplers", include_str!("../library/samplers.toml")),
     ("furnace", include_str!("../library/furnace.toml")),
+    ("samplers", include_str!("../library/samplers.toml")),
+    ("sobol", include_str!("../library/sobol.toml")),
 ];
 
 /// An experiment's file, as found.
@@ -146,7 +147,10 @@ mod tests {
             let message = source(text).blame(key, "wrong".to_owned()).to_string();
             message.trim_start_matches("dir/x.toml").trim_end_matches("wrong").to_owned()
         };
-        assert_eq!(["replicates", "size", "methods.0.name", "methods.1.name"].map(place), [":1: ", ":2: ", ":5: ", ":8: "]);
+        assert_eq!(
+            ["replicates", "size", "methods.0.name", "methods.1.name"].map(place),
+            [":1: ", ":2: ", ":5: ", ":8: "]
+        );
         assert_eq!(["convergence.size", "convergence.replicates"].map(place), [":11: ", ":12: "]);
         // What is not there is blamed on what it belongs to.
         assert_eq!(["methods.1.label", "convergence.checkpoints", "spp"].map(place), [":7: ", ":10: ", ": "]);

@@ -85,7 +85,8 @@ impl<'r> BlockFilm<'r> {
         let shared = self.tile.within(&Window { y: first_row..first_row + TILE, ..self.window.clone() });
         for y in shared.y.clone() {
             // Where the row begins in the tile's sums, and in the band.
-            let local = (y - self.tile.y.start) as usize * self.tile.x.len() + (shared.x.start - self.tile.x.start) as usize;
+            let local =
+                (y - self.tile.y.start) as usize * self.tile.x.len() + (shared.x.start - self.tile.x.start) as usize;
             let place = (y - first_row) as usize * width + (shared.x.start - self.window.x.start) as usize;
             let length = shared.x.len() * stride;
             let sums = &self.sums[local * stride..][..length];
@@ -243,10 +244,13 @@ mod tests {
         };
         for tile in [Window { x: 16..32, y: 16..32 }, Window { x: 32..37, y: 32..40 }] {
             let whole = filled(&Window::whole(width, height), tile.clone());
-            for window in [Window { x: 5..29, y: 7..39 }, Window { x: 36..37, y: 0..1 }, Window { x: 16..32, y: 16..32 }] {
+            for window in
+                [Window { x: 5..29, y: 7..39 }, Window { x: 36..37, y: 0..1 }, Window { x: 16..32, y: 16..32 }]
+            {
                 let part = filled(&window, tile.clone());
                 for (i, sums) in part.chunks(3).enumerate() {
-                    let (x, y) = (window.x.start + i as u32 % window.width(), window.y.start + i as u32 / window.width());
+                    let (x, y) =
+                        (window.x.start + i as u32 % window.width(), window.y.start + i as u32 / window.width());
                     let at = (y * width + x) as usize * 3;
                     assert_eq!(sums, &whole[at..at + 3], "{window:?} {x} {y}");
                 }

@@ -84,6 +84,7 @@
 //! - `[Lafortune97]` E. P. F. Lafortune, S.-C. Foo, K. E. Torrance, D. P. Greenberg: *Non-linear approximation of
 //!   reflectance functions*, SIGGRAPH 1997.
 //! - `[Laine11]` S. Laine, T. Karras: *Stratified sampling for stochastic transparency*, EGSR 2011.
+//! - `[Matousek98]` J. Matoušek: *On the L₂-discrepancy for anchored boxes*, Journal of Complexity 14(4), 1998.
 //! - `[Matusik03]` W. Matusik et al.: *A data-driven reflectance model*, SIGGRAPH 2003.
 //! - `[Mitchell88]` D. P. Mitchell, A. N. Netravali: *Reconstruction filters in computer graphics*, SIGGRAPH 1988.
 //! - `[Moeller97]` T. Möller, B. Trumbore: *Fast, minimum storage ray/triangle intersection*, JGT 2(1), 1997.

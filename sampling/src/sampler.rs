@@ -56,8 +56,8 @@ pub enum SamplerKind {
     MultiJittered,
     /// Halton's sequence under random digit scrambling, a scrambling for every pixel.
     Halton,
-    /// Sobol's (0,2)-sequence under Owen's scrambling at every address, a scrambling for every pixel. Light walks of the
-    /// whole image share one sequence.
+    /// Sobol's sequence under Owen's scrambling: eight dimensions for a path up to its first scattering, then a sequence for every
+    /// vertex; a scrambling for every pixel. Light walks of the whole image share one sequence.
     Sobol,
     /// The same with one sequence for the whole screen too, whose errors in neighbouring pixels cancel `[Ahmed20]`.
     Zsobol,
@@ -75,7 +75,7 @@ impl SamplerKind {
             Self::Stratified => "one sample in each cell of a grid, jittered",
             Self::MultiJittered => "correlated multi-jitter: stratified on the grid and in each coordinate",
             Self::Halton => "Halton's sequence with random digit scrambling",
-            Self::Sobol => "Owen-scrambled Sobol' pairs; one sequence for all light walks",
+            Self::Sobol => "Owen-scrambled Sobol' points; one sequence for all light walks",
             Self::Zsobol => "the same along Morton's curve over the screen: blue noise",
         }
     }

@@ -77,7 +77,8 @@ mod tests {
     #[test]
     fn one_name_and_lists_are_read_and_written() {
         use SamplerKind::{Independent, Sobol};
-        for (text, samplers) in [("\"sobol\"", vec![Sobol]), ("[\"independent\", \"sobol\"]", vec![Independent, Sobol])] {
+        for (text, samplers) in [("\"sobol\"", vec![Sobol]), ("[\"independent\", \"sobol\"]", vec![Independent, Sobol])]
+        {
             let file: File = toml::from_str(&format!("sampler = {text}")).unwrap();
             assert_eq!(file.sampler.0, samplers);
             assert_eq!(toml::from_str::<File>(&toml::to_string(&file).unwrap()).unwrap(), file);

@@ -26,14 +26,8 @@ pub enum Genz {
 
 impl Genz {
     /// All families.
-    pub const ALL: [Self; 6] = [
-        Self::Oscillatory,
-        Self::ProductPeak,
-        Self::CornerPeak,
-        Self::Gaussian,
-        Self::Continuous,
-        Self::Discontinuous,
-    ];
+    pub const ALL: [Self; 6] =
+        [Self::Oscillatory, Self::ProductPeak, Self::CornerPeak, Self::Gaussian, Self::Continuous, Self::Discontinuous];
 
     /// What it is called.
     pub fn name(self) -> &'static str {

@@ -48,8 +48,7 @@ impl Screen {
             (0..n).map(term).fold((0.0, 0.0), |sum, t| (sum.0 + t.0, sum.1 + t.1))
         };
         let places = || (0..n * n).map(|at| (at / n, (at % n + n - n / 2) % n));
-        let rows: Vec<(f64, f64)> =
-            places().map(|(y, u)| transform(&|x| (self.errors[y * n + x], 0.0), u)).collect();
+        let rows: Vec<(f64, f64)> = places().map(|(y, u)| transform(&|x| (self.errors[y * n + x], 0.0), u)).collect();
         let power = |(v, at): (usize, usize)| {
             let (re, im) = transform(&|y| rows[y * n + at], (v + n - n / 2) % n);
             (re * re + im * im) / (n * n) as f64

@@ -72,8 +72,10 @@ pub fn convergence(scene: &str, methods: &[&MethodResult], slopes: &[SlopeRow], 
                 let fit =
                     slopes.iter().find(|s| s.scene == method.scene && s.label == method.label && s.order == column);
                 Series {
-                    label: fit
-                        .map_or_else(|| method.label.clone(), |fit| format!("{} {}", method.label, slope(fit.slope, fit.ci))),
+                    label: fit.map_or_else(
+                        || method.label.clone(),
+                        |fit| format!("{} {}", method.label, slope(fit.slope, fit.ci)),
+                    ),
                     colour,
                     points: checkpoints(method, column)
                         .map(|c| Point { x: c.samples as f64, y: c.variance, interval: Some(c.ci) })
@@ -107,9 +109,10 @@ pub fn integrals(results: &[IntegralResult]) -> Vec<Figure> {
     let chart = |name: &str| {
         let of_integral = results.iter().filter(|r| r.integral == name);
         let series = of_integral.enumerate().map(|(colour, result)| Series {
-            label: result
-                .slope
-                .map_or_else(|| result.sampler.to_string(), |line| format!("{} {}", result.sampler, slope(line.slope, line.ci))),
+            label: result.slope.map_or_else(
+                || result.sampler.to_string(),
+                |line| format!("{} {}", result.sampler, slope(line.slope, line.ci)),
+            ),
             colour,
             points: result
                 .points

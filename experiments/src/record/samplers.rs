@@ -49,9 +49,11 @@ impl Table {
             };
             self.add(Record { quantity: "exact", value: integral.exact, ..blank.clone() });
             self.add_integral(&blank, integral);
-            let (first, last) = (result.integrals.iter().find(|i| i.integral == integral.integral), integral.points.last());
+            let (first, last) =
+                (result.integrals.iter().find(|i| i.integral == integral.integral), integral.points.last());
             let ratio = first.filter(|first| first.sampler != integral.sampler);
-            if let (Some((value, ci)), Some(last)) = (ratio.and_then(|first| ratio::of_integral(integral, first)), last) {
+            if let (Some((value, ci)), Some(last)) = (ratio.and_then(|first| ratio::of_integral(integral, first)), last)
+            {
                 let (spp, replicates) = (u64::from(last.samples) * u64::from(last.replicates), last.replicates);
                 let (ci_low, ci_high) = (Some(ci.0), Some(ci.1));
                 self.add(Record { quantity: "rmse_ratio", value, ci_low, ci_high, spp, replicates, ..blank });

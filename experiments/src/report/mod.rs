@@ -143,13 +143,12 @@ mod tests {
             skipped: vec![name.to_owned()],
             notes: vec![name.to_owned()],
         };
-        let record =
-            MethodRecord {
-                label: name.to_owned(),
-                method: name.to_owned(),
-                settings: serde_json::json!(name),
-                sampler: SamplerKind::Sobol,
-            };
+        let record = MethodRecord {
+            label: name.to_owned(),
+            method: name.to_owned(),
+            settings: serde_json::json!(name),
+            sampler: SamplerKind::Sobol,
+        };
         let machine =
             Machine { platform: name.to_owned(), cpu: name.to_owned(), threads: 2, kernels: "portable".to_owned() };
         let manifest = Manifest {

@@ -1,7 +1,7 @@
 //! The page: summary first, then every scene, then what it takes to repeat the experiment.
 
-use super::summary::{self, Sentence, Tone};
 use super::samplers::{self, Integrals};
+use super::summary::{self, Sentence, Tone};
 use super::{SceneReport, images, screens, tables};
 use crate::export::markup::Markup;
 use crate::export::notation::brief;

@@ -69,7 +69,7 @@ pub fn table(m: &mut Markup, looks: &[Look]) {
          where errors of neighbouring pixels cancel; white noise is grey."
     );
     let samplers: Vec<SamplerKind> = columns(looks);
-    m.element("table", &[("class", &"pictures")], |m| {
+    m.element("table", &[("class", &"screens")], |m| {
         m.line("caption", &[], caption);
         m.element("thead", &[], |m| {
             m.element("tr", &[], |m| {
@@ -102,7 +102,7 @@ fn columns(looks: &[Look]) -> Vec<SamplerKind> {
 /// The same pictures on one sheet.
 pub fn sheet(looks: &[Look]) -> Picture {
     const GAP: usize = 8;
-    const HEAD: usize = 22;
+    const HEAD: usize = 28;
     let samplers = columns(looks);
     let side = SIDE as usize * ENLARGED;
     let rows = looks.len() / samplers.len().max(1) * 2;

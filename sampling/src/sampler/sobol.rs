@@ -277,7 +277,8 @@ mod tests {
             let points: Vec<[u32; DIMENSIONS]> = (0..1 << k).map(plain).collect();
             splits(k - t, dimensions.len()).iter().all(|split| {
                 let cell = |point: &[u32; DIMENSIONS]| {
-                    let digits = dimensions.iter().zip(split).map(|(&d, &bits)| (u64::from(point[d]) >> (32 - bits), bits));
+                    let digits =
+                        dimensions.iter().zip(split).map(|(&d, &bits)| (u64::from(point[d]) >> (32 - bits), bits));
                     digits.fold(0, |cell, (digit, bits)| cell << bits | digit as usize)
                 };
                 let mut counts = vec![0; 1 << (k - t)];
