@@ -124,11 +124,13 @@ fn a_render_leaves_an_image_and_statistics_in_the_form_of_the_contract() {
         "settings",
         "width",
         "height",
+        "crop",
         "max_order",
         "spp",
         "replicates",
         "seed",
         "sampler",
+        "filter",
         "threads",
         "seconds",
         "rays",
@@ -332,6 +334,74 @@ fn an_experiment_leaves_records_images_a_manifest_and_a_report() {
     assert!(image.layer("order02_var").is_some());
     assert!(std::fs::read_to_string(results.join("report.html")).unwrap().contains("</html>"));
     assert!(!files(&results).iter().any(|(name, _)| name.contains("partial") || name.contains("tmp")));
+}
+
+#[test]
+fn samplers_are_compared_and_tried_on_integrals() {
+    let text = format!(
+        "{}[integrals]\nsize = [2, 2]\ncheckpoints = [4, 16]\nreplicates = 32\n",
+        EXPERIMENT.replace("[[methods]]\nname = \"bdpt\"\n", "").replace("furnace", "cornell_box")
+    );
+    let folder = folder_with(&[("s.toml", &format!("sampler = [\"independent\", \"sobol\"]\n{text}"))]);
+    let said = succeed(folder.path(), &["run", "s.toml"]);
+    assert!(said.contains("cornell_box, sobol against independent, 2 samples per pixel: RMSE · order 0"), "{said}");
+    let results = folder.path().join("results/s");
+    let records = std::fs::read_to_string(results.join("records.csv")).unwrap();
+    let has = |start: &str, quantity: &str| {
+        let found = records.lines().any(|line| line.starts_with(start) && line.contains(&format!(",{quantity},")));
+        assert!(found, "no {quantity} in rows that begin with {start}");
+    };
+    has("s,cornell_box,path,,sobol,1,", "mean");
+    has("s,cornell_box,path,,sobol,1,", "rmse_ratio");
+    has("s,cornell_box,path vs path,agree,independent vs sobol,1,", "agreement_t");
+    ["exact", "mean", "mse", "integral_p", "slope", "rmse_ratio"].iter().for_each(|q| has("s,gaussian_3,,,sobol,", q));
+    let manifest = json(&results, "manifest.json");
+    assert_eq!(manifest["methods"][1]["sampler"].as_str(), Some("sobol"));
+    assert_eq!(manifest["scenes"][0]["filter"].as_str(), Some("box"));
+    for file in
+        ["cornell_box/sobol.exr", "plots/samplers_points.svg", "plots/samplers_screens.png", "plots/integral_edge.svg"]
+    {
+        assert!(results.join(file).is_file(), "{file} is missing");
+    }
+}
+
+#[test]
+fn a_crop_is_a_part_of_the_image_and_says_so() {
+    let folder = folder_with(&[]);
+    let render = [
+        "render",
+        "furnace",
+        "-i",
+        "light",
+        "--size",
+        "12x9",
+        "--spp",
+        "4",
+        "--max-order",
+        "1",
+        "--filter",
+        "mitchell",
+    ];
+    succeed(folder.path(), &[&render[..], &["-o", "whole.exr"]].concat());
+    succeed(folder.path(), &[&render[..], &["-o", "part.exr", "--crop", "3,2,7,5", "--stats", "s.json"]].concat());
+    let [whole, part] = ["whole.exr", "part.exr"].map(|name| read_layers(&folder.path().join(name)).unwrap());
+    assert_eq!((part.width, part.height), (7, 5));
+    for (a, b) in whole.layers.iter().zip(&part.layers) {
+        for (i, pixel) in b.pixels.iter().enumerate() {
+            assert_eq!(*pixel, a.pixels[(i / 7 + 2) * 12 + i % 7 + 3], "{} {i}", a.name);
+        }
+    }
+    assert_eq!(part.attributes.get("neumann:filter").map(String::as_str), Some("mitchell"));
+    let s = json(folder.path(), "s.json");
+    assert_eq!((s["crop"].to_string().as_str(), s["filter"].as_str()), ("[3,2,7,5]", Some("mitchell")));
+    // The windows of the header: an attribute is its name, its type, its length, and here four numbers.
+    let bytes = std::fs::read(folder.path().join("part.exr")).unwrap();
+    let window = |name: &str| {
+        let key = [name.as_bytes(), b"\0box2i\0\x10\0\0\0"].concat();
+        let at = bytes.windows(key.len()).position(|w| w == key).unwrap() + key.len();
+        bytes[at..at + 16].chunks(4).map(|b| i32::from_le_bytes(b.try_into().unwrap())).collect::<Vec<_>>()
+    };
+    assert_eq!((window("dataWindow"), window("displayWindow")), (vec![3, 2, 9, 6], vec![0, 0, 11, 8]));
 }
 
 #[test]

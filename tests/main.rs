@@ -3,6 +3,7 @@
 mod agreement;
 mod bsdf_laws;
 mod cli;
+mod crops;
 mod determinism;
 mod emitters;
 mod environment;

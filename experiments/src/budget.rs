@@ -3,9 +3,8 @@
 use crate::config::{check_seconds, samples_per_replicate};
 use crate::error::Error;
 use crate::stop::Stop;
-use integrators::{Integrator, Measurement, Render, RenderSettings};
-use sampling::sampler::Role;
-use scenes::Scene;
+use integrators::{Integrator, Measurement, Render, RenderError, RenderSettings};
+use sampling::sampler::{Role, SamplerKind};
 
 /// The part of a time budget that a pilot run has to last for its speed to be believed.
 const PILOT_PART: f64 = 0.02;
@@ -44,17 +43,16 @@ impl Budget {
         Ok(Self { replicates, effort: Effort::Seconds(seconds) })
     }
 
-    /// Samples per pixel of each replicate.
+    /// Samples per pixel of each replicate of what `render` makes of settings.
     ///
     /// A time budget is turned into samples by a pilot run on random numbers of its own: to stop when the clock says so
     /// would make the number of samples depend on their values.
     ///
     /// # Errors
     /// If the method cannot render the scene, or the user asked for an end, when nothing is complete yet.
-    pub fn samples_per_replicate(
+    pub fn samples_per_replicate<'a>(
         &self,
-        scene: &Scene,
-        method: &dyn Integrator,
+        render: &dyn Fn(RenderSettings) -> Result<Render<'a>, RenderError>,
         settings: &RenderSettings,
         stop: &Stop,
     ) -> Result<u32, Error> {
@@ -65,7 +63,7 @@ impl Budget {
         let mut samples: u32 = 1;
         loop {
             let settings = RenderSettings { samples_per_replicate: samples, role: Role::Pilot, ..settings.clone() };
-            let mut pilot = Render::new(scene, method, settings)?;
+            let mut pilot = render(settings)?;
             pilot.run_replicate(&|_| {});
             if let Some(signal) = stop.signal() {
                 return Err(Error::Interrupted(signal));
@@ -91,9 +89,14 @@ pub fn pool(threads: Option<usize>) -> Result<rayon::ThreadPool, Error> {
         .map_err(|e| Error::usage(format!("cannot start {threads} threads: {e}; ask for fewer --threads")))
 }
 
-/// The name under which a method draws its random numbers: the same settings draw the same numbers in every command.
-pub fn instance(method: &dyn Integrator) -> String {
-    format!("{} {}", method.name(), method.settings())
+/// The name under which a method draws its random numbers: the same settings draw the same numbers in every command, and samplers
+/// none that another draws, so that they can be compared by tests for independent samples.
+pub fn instance(method: &dyn Integrator, sampler: SamplerKind) -> String {
+    let name = format!("{} {}", method.name(), method.settings());
+    match sampler {
+        SamplerKind::Independent => name,
+        other => format!("{name} {other}"),
+    }
 }
 
 /// What to say of non-finite samples.

@@ -8,6 +8,7 @@ use crate::settings::Assignment;
 use crate::stop::Stop;
 use crate::{bsdf, diff_command, list_command, render_command, run_command, scene_command};
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use integrators::Window;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -112,6 +113,9 @@ pub struct RenderArgs {
     /// Image size [default: the scene's].
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
+    /// Only these pixels of the image: column and row of the first (from 0, at the top left), width, height.
+    #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop)]
+    pub crop: Option<Window>,
     /// Seed of all random numbers.
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
@@ -280,6 +284,19 @@ fn parse_size(text: &str) -> Result<(u32, u32), String> {
     }
 }
 
+/// Four numbers, of which none can be checked against the image yet.
+fn parse_crop(text: &str) -> Result<Window, String> {
+    let numbers: Result<Vec<u32>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    match numbers.as_deref() {
+        Ok(&[x, y, width, height]) if width > 0 && height > 0 => {
+            let end = |start: u32, length: u32| start.checked_add(length).ok_or("no image is that large");
+            Ok(Window { x: x..end(x, width)?, y: y..end(y, height)? })
+        }
+        Ok([_, _, _, _]) => Err("width and height must be at least 1; write for example 32,16,64,64".to_owned()),
+        _ => Err("give column and row of the first pixel, width and height, for example 32,16,64,64".to_owned()),
+    }
+}
+
 /// More threads than any machine has would only fail later, without a reason that a user understands.
 const MAX_THREADS: usize = 4096;
 
@@ -306,6 +323,16 @@ mod tests {
         assert!(parse_size("0x480").unwrap_err().contains("at least 1"));
         assert!(parse_size("640").unwrap_err().contains("256x256"));
         assert!(parse_size("-1x4").is_err());
+    }
+
+    #[test]
+    fn crops_are_read() {
+        assert_eq!(parse_crop("32, 16,64,48"), Ok(Window { x: 32..96, y: 16..64 }));
+        assert!(parse_crop("1,2,0,3").unwrap_err().contains("at least 1"));
+        for text in ["1,2,3", "1,2,3,4,5", "-1,2,3,4", "a"] {
+            assert!(parse_crop(text).unwrap_err().contains("32,16,64,64"), "{text}");
+        }
+        assert!(parse_crop("4294967295,0,2,2").is_err());
     }
 
     #[test]

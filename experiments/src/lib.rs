@@ -5,9 +5,10 @@
 //! - [`cli`]: the command line; [`error`]: what can go wrong, and how the program ends; [`settings`]: `--set key=value`;
 //! - one file a command: [`run_command`], [`render_command`], [`scene_command`], [`diff_command`], [`list_command`],
 //!   [`mod@bsdf`];
-//! - [`config`]: experiment files; [`plan`]: an experiment made ready and checked; [`runner`]: methods interleaved, replicate
+//! - [`config`]: experiments; [`source`]: their files; [`plan`]: an experiment made ready and checked; [`runner`]: methods interleaved, replicate
 //!   by replicate; [`budget`]: samples, seconds, threads; [`result`]: what an experiment leaves behind;
-//! - [`convergence`]: variance against samples and its slope; [`agreement`]: do two methods have the same mean?
+//! - [`convergence`]: variance against samples and its slope; [`ratio`]: samplers against one another; [`integrals`]: integrals of
+//!   known value, to try samplers on; [`agreement`]: do two methods have the same mean?
 //!   [`path_class`]: the light that a method cannot carry;
 //!   [`metrics`]: how far one image is from another;
 //! - [`record`]: `records.csv` and `manifest.json`; [`statistics_file`]: `--stats`; [`export`]: images; [`plot`], [`report`]:
@@ -23,6 +24,7 @@ pub mod convergence;
 pub mod diff_command;
 pub mod error;
 pub mod export;
+pub mod integrals;
 pub mod list_command;
 pub mod machine;
 pub mod metrics;
@@ -31,6 +33,7 @@ pub mod path_class;
 pub mod plan;
 pub mod plot;
 pub mod progress;
+pub mod ratio;
 pub mod record;
 pub mod render_command;
 pub mod report;
@@ -39,5 +42,6 @@ pub mod run_command;
 pub mod runner;
 pub mod scene_command;
 pub mod settings;
+pub mod source;
 pub mod statistics_file;
 pub mod stop;

@@ -1,8 +1,8 @@
 //! `neumann list`: what can be named, read from the lists themselves.
 
 use crate::cli::{ListArgs, ListKind, print};
-use crate::config::Source;
 use crate::error::{Error, Status};
+use crate::source::Source;
 use integrators::Methods;
 use sampling::bsdf::Bsdf;
 use sampling::filter::Filter;
@@ -54,7 +54,7 @@ fn lines(kind: ListKind) -> Vec<String> {
         ListKind::Filters => Filter::ALL.iter().map(|filter| format!("{filter}\n")).collect(),
         ListKind::Experiments => {
             let title = |name: &str| Source::open(name).and_then(|s| s.parse()).map(|e| e.title).unwrap_or_default();
-            let names = crate::config::LIBRARY.iter().map(|(name, _)| *name);
+            let names = crate::source::LIBRARY.iter().map(|(name, _)| *name);
             names.map(|name| format!("{name:<12} {}\n", title(name))).collect()
         }
     }

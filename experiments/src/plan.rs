@@ -1,11 +1,13 @@
 //! An experiment made ready: scenes loaded, methods built, and everything checked before any ray is traced.
 
 use crate::budget::{Budget, file_name};
-use crate::config::{Experiment, MethodEntry, Source};
+use crate::config::{Experiment, MethodEntry};
 use crate::error::Error;
 use crate::machine::require_memory;
 use crate::settings::{differences, table_to_json};
+use crate::source::Source;
 use integrators::{Integrator, Methods, Orders, Render, RenderSettings, Request};
+use sampling::sampler::SamplerKind;
 use scenes::{LoadOptions, Scene, Skip};
 
 /// What will be run.
@@ -32,10 +34,14 @@ pub struct PlannedScene {
     pub scene: Scene,
 }
 
-/// A method of the plan.
+/// A method of the plan, with a sampler.
 pub struct PlannedMethod {
-    /// Its name in the results, unlike the others'.
+    /// Its name in the results, unlike the others'; with the sampler's where there are several.
     pub label: String,
+    /// The same without the sampler's.
+    pub entry: String,
+    /// Where its random numbers come from.
+    pub sampler: SamplerKind,
     /// The settings that differ from the defaults.
     pub setting: String,
     /// The method.
@@ -48,13 +54,13 @@ impl Plan {
     /// # Errors
     /// The first fault, with its place and mend.
     pub fn new(source: &Source, experiment: Experiment) -> Result<Self, Error> {
-        experiment.check().map_err(|(key, message)| source.blame(key, message))?;
+        experiment.check().map_err(|(key, message)| source.blame(&key, message))?;
         let budget = match (experiment.spp, experiment.seconds) {
             (Some(spp), _) => Budget::samples(spp, experiment.replicates),
             (None, seconds) => Budget::seconds(seconds.unwrap_or_default(), experiment.replicates),
         };
         let budget = budget.map_err(|message| source.blame("spp", message))?;
-        let methods = planned_methods(source, &experiment.methods)?;
+        let methods = planned_methods(source, &experiment)?;
         let scenes = planned_scenes(source, &experiment)?;
         let plan = Self { name: source.name.clone(), experiment, scenes, methods, budget };
         plan.check_support()?;
@@ -63,18 +69,18 @@ impl Plan {
     }
 
     /// The settings of a method's renders: the orders that it carries, for the tail only if it carries the last one.
-    pub fn render_settings(&self, method: &dyn Integrator) -> RenderSettings {
-        let max_order = self.experiment.max_order;
+    pub fn render_settings(&self, planned: &PlannedMethod) -> RenderSettings {
+        let (method, max_order) = (&*planned.method, self.experiment.max_order);
         let carried = method.orders(max_order);
         let list = format!("{}-{}", carried.start(), carried.end());
         let orders = Orders::parse(&list, max_order).unwrap_or_else(|_| Orders::up_to(max_order));
         let tail = self.experiment.tail && *carried.end() == max_order;
-        crate::render_command::render_settings(method, orders, tail, self.experiment.seed, self.experiment.sampler)
+        crate::render_command::render_settings(method, orders, tail, self.experiment.seed, planned.sampler)
     }
 
     fn check_support(&self) -> Result<(), Error> {
         for (scene, method) in self.scenes.iter().flat_map(|s| self.methods.iter().map(move |m| (s, m))) {
-            let settings = self.render_settings(&*method.method);
+            let settings = self.render_settings(method);
             let request = Request::new(settings.orders, settings.tail);
             let reason = method.method.unsupported(&scene.scene);
             if let Some(reason) = reason.or_else(|| method.method.unsupported_request(&request)) {
@@ -98,30 +104,48 @@ impl Plan {
     }
 }
 
-fn planned_methods(source: &Source, entries: &[MethodEntry]) -> Result<Vec<PlannedMethod>, Error> {
-    let registry = Methods::standard();
+/// Every method with every sampler, methods in turn.
+fn planned_methods(source: &Source, experiment: &Experiment) -> Result<Vec<PlannedMethod>, Error> {
+    let (entries, samplers) = (&experiment.methods, &experiment.sampler.0);
     let mut planned: Vec<PlannedMethod> = Vec::new();
-    for entry in entries {
-        let built = registry.build(&entry.name, &table_to_json(&entry.settings));
-        let method = built.map_err(|e| source.blame("name", e.to_string()))?;
-        let defaults = registry.entries().iter().find(|e| e.name == entry.name).map(|e| &e.defaults);
-        let setting = defaults.map_or(String::new(), |defaults| differences(&method.settings(), defaults));
+    for (i, entry) in entries.iter().enumerate() {
+        let blame = |key: &str, message: String| source.blame(&format!("methods.{i}.{key}"), message);
+        let (method, setting) = built(entry).map_err(|message| blame("name", message))?;
         if let Some(twin) = planned.iter().find(|p| p.method.name() == entry.name && p.setting == setting) {
-            let message = format!("{} is listed twice with the same settings; leave one out", twin.label);
-            return Err(source.blame("name", message));
+            return Err(blame("name", format!("{} is listed twice with the same settings; leave one out", twin.entry)));
         }
         let alone = entries.iter().filter(|other| other.name == entry.name).count() == 1;
-        let label = match (&entry.label, alone || setting.is_empty()) {
+        let name = match (&entry.label, alone || setting.is_empty()) {
             (Some(label), _) => file_name(label),
             (None, true) => entry.name.clone(),
             (None, false) => file_name(&format!("{} {setting}", entry.name)),
         };
-        if planned.iter().any(|p| p.label == label) {
-            return Err(source.blame("label", format!("two methods are labelled {label}; give them different labels")));
+        let mut method = Some(method);
+        for &sampler in samplers {
+            let label = match (samplers.len(), entries.len()) {
+                (1, _) => name.clone(),
+                (_, 1) => sampler.to_string(),
+                _ => format!("{name}_{sampler}"),
+            };
+            if planned.iter().any(|p| p.label == label) {
+                return Err(blame("label", format!("two methods are labelled {label}; give them different labels")));
+            }
+            // The first sampler takes the method that was built to look at it, the others one like it.
+            let method = method.take().map_or_else(|| built(entry).map(|b| b.0), Ok);
+            let method = method.map_err(|message| blame("name", message))?;
+            planned.push(PlannedMethod { label, entry: name.clone(), sampler, setting: setting.clone(), method });
         }
-        planned.push(PlannedMethod { label, setting, method });
     }
     Ok(planned)
+}
+
+/// A method, and the settings in which it differs from its defaults.
+fn built(entry: &MethodEntry) -> Result<(Box<dyn Integrator>, String), String> {
+    let registry = Methods::standard();
+    let method = registry.build(&entry.name, &table_to_json(&entry.settings)).map_err(|e| e.to_string())?;
+    let defaults = registry.entries().iter().find(|e| e.name == entry.name).map(|e| &e.defaults);
+    let setting = defaults.map_or(String::new(), |defaults| differences(&method.settings(), defaults));
+    Ok((method, setting))
 }
 
 fn planned_scenes(source: &Source, experiment: &Experiment) -> Result<Vec<PlannedScene>, Error> {
@@ -156,10 +180,11 @@ mod tests {
 
     #[test]
     fn every_embedded_experiment_can_be_run() {
-        for (name, _) in crate::config::LIBRARY {
+        for (name, _) in crate::source::LIBRARY {
             let source = Source::open(name).unwrap();
             let plan = Plan::new(&source, source.parse().unwrap()).unwrap();
-            assert_eq!(plan.methods.len(), plan.experiment.methods.len(), "{name}");
+            let experiment = &plan.experiment;
+            assert_eq!(plan.methods.len(), experiment.methods.len() * experiment.sampler.0.len(), "{name}");
         }
     }
 
@@ -172,9 +197,26 @@ mod tests {
     }
 
     #[test]
+    fn every_method_is_run_with_every_sampler_and_draws_numbers_of_its_own() {
+        let labels =
+            |changes: &[&str]| -> Vec<String> { plan(changes).unwrap().methods.into_iter().map(|m| m.label).collect() };
+        let samplers = "sampler=[\"independent\", \"sobol\"]";
+        assert_eq!(labels(&[samplers, "methods=[{name=\"path\"}]"]), ["independent", "sobol"]);
+        assert_eq!(
+            labels(&[samplers, "methods=[{name=\"path\"}, {name=\"bdpt\"}]"]),
+            ["path_independent", "path_sobol", "bdpt_independent", "bdpt_sobol"]
+        );
+        let plan = plan(&[samplers]).unwrap();
+        let mut instances: Vec<String> = plan.methods.iter().map(|m| plan.render_settings(m).instance).collect();
+        instances.sort();
+        instances.dedup();
+        assert_eq!(instances.len(), 8);
+    }
+
+    #[test]
     fn a_method_is_asked_only_for_orders_that_it_carries() {
         let plan = plan(&["tail=true", "bdpt.roulette=local"]).unwrap();
-        let settings = |i: usize| plan.render_settings(&*plan.methods[i].method);
+        let settings = |i: usize| plan.render_settings(&plan.methods[i]);
         assert_eq!((settings(0).orders.iter().count(), settings(0).tail), (2, false));
         assert_eq!((settings(1).orders.iter().count(), settings(1).tail), (9, true));
     }
@@ -188,5 +230,6 @@ mod tests {
         assert!(message(&["scenes=[\"cornel\"]"]).contains("did you mean `cornell_box`"));
         assert!(message(&["size=[10000, 10000]", "max_order=5000"]).contains("--size"));
         assert!(message(&["sampler=\"stratifed\""]).contains("did you mean `stratified`"));
+        assert!(message(&["sampler=[\"sobol\", \"sobol\"]"]).contains("sobol is listed twice"));
     }
 }

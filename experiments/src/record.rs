@@ -12,10 +12,13 @@
 //! | `covariance:J` | image mean of the covariance of one sample between this row's order and order J ≥ it |
 //! | `efficiency` | 1 / (variance of a replicate · its seconds) |
 //! | `checkpoint_variance` | image mean of the variance of a replicate of spp / replicates samples |
-//! | `slope` | of log `checkpoint_variance` against log samples |
+//! | `slope` | of log `checkpoint_variance` against log samples; of an integral, of log `mse` |
+//! | `rmse_ratio` | root mean squared error over that of the same method with the experiment's first sampler |
+//! | `mse` | of an integral of known value, whose name stands for the scene: mean squared error of spp / replicates samples |
+//! | `exact`, `integral_p` | its value; the p-value of the test that the mean of `spp` samples is that |
 //! | `rays_closest`, `rays_shadow`, `camera_paths`, `light_paths`, `connections`, `bsdf_samples`, `invalid` | counts |
 //! | `seconds` | wall time of transport \[s\] |
-//! | `agreement_t`, `agreement_p`, `agreement_detectable_bias` | two methods, `A vs B`, compared by their image means |
+//! | `agreement_t`, `agreement_p`, `agreement_detectable_bias` | two methods and samplers, `A vs B`, compared by their image means |
 //! | `agreement_blocks`, `agreement_rejected`, `agreement_smallest_p` | and by their blocks: tested, different, adjusted p |
 
 use crate::error::Error;
@@ -29,6 +32,8 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::path::Path;
 use std::time::SystemTime;
+
+mod samplers;
 
 /// The manifest's file.
 pub const MANIFEST: &str = "manifest.json";
@@ -50,6 +55,7 @@ pub fn manifest(plan: &Plan, threads: usize, started: SystemTime, complete: bool
         name: s.name.clone(),
         source: s.source.clone(),
         hash: s.scene.hash.clone(),
+        filter: s.scene.camera.filter().to_string(),
         skipped: s.scene.needs.skipped().into_iter().map(str::to_owned).collect(),
         notes: s.scene.notes.clone(),
     };
@@ -57,6 +63,7 @@ pub fn manifest(plan: &Plan, threads: usize, started: SystemTime, complete: bool
         label: m.label.clone(),
         method: m.method.name().to_owned(),
         settings: m.method.settings(),
+        sampler: m.sampler,
     };
     let scenes: Vec<SceneRecord> = plan.scenes.iter().map(scene).collect();
     let methods: Vec<MethodRecord> = plan.methods.iter().map(method).collect();
@@ -142,13 +149,13 @@ struct Record<'a> {
 /// # Errors
 /// If the file cannot be written.
 pub fn write_records(path: &Path, result: &ExperimentResult) -> Result<(), Error> {
-    let sampler = result.experiment.sampler.to_string();
     let mut table = Table { writer: csv::Writer::from_writer(Vec::new()), failure: None };
     for method in &result.methods {
+        let sampler = method.sampler.to_string();
         let blank = Record {
             experiment: &result.name,
             scene: &method.scene,
-            method: &method.label,
+            method: &method.entry,
             setting: &method.setting,
             sampler: &sampler,
             order: String::new(),
@@ -165,8 +172,10 @@ pub fn write_records(path: &Path, result: &ExperimentResult) -> Result<(), Error
         table.add_covariances(&blank, method);
         table.add_counters(&blank, method);
         table.add_convergence(&blank, method, result);
+        table.add_ratios(&blank, method, result);
     }
-    table.add_agreement(result, &sampler);
+    table.add_agreement(result);
+    table.add_integrals(result);
     let bytes = table.finish().map_err(|e| Error::usage(format!("{}: {e}", path.display())))?;
     Ok(write_atomically(path, &bytes)?)
 }
@@ -297,17 +306,21 @@ impl Table {
         }
     }
 
-    fn add_agreement(&mut self, result: &ExperimentResult, sampler: &str) {
+    fn add_agreement(&mut self, result: &ExperimentResult) {
         for row in &result.agreement {
             let of = |label: &str| result.methods.iter().find(|m| m.scene == row.scene && m.label == label);
             let (Some(a), Some(b)) = (of(&row.a), of(&row.b)) else { continue };
-            let pair = format!("{} vs {}", row.a, row.b);
+            let pair = format!("{} vs {}", a.entry, b.entry);
+            let samplers = match a.sampler == b.sampler {
+                true => a.sampler.to_string(),
+                false => format!("{} vs {}", a.sampler, b.sampler),
+            };
             let blank = Record {
                 experiment: &result.name,
                 scene: &row.scene,
                 method: &pair,
                 setting: row.verdict.name(),
-                sampler,
+                sampler: &samplers,
                 order: row.order.label(),
                 spp: a.measurement.samples() + b.measurement.samples(),
                 replicates: a.measurement.replicates + b.measurement.replicates,

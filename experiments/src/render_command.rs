@@ -12,7 +12,8 @@ use crate::progress::{Progress, Verbosity};
 use crate::settings;
 use crate::statistics_file::{Context, Seconds, Statistics};
 use crate::stop::Stop;
-use integrators::{Integrator, Measurement, Methods, Orders, Render, RenderSettings};
+use integrators::render::check_window;
+use integrators::{Integrator, Measurement, Methods, Orders, Render, RenderSettings, Window};
 use sampling::sampler::{Role, SamplerKind};
 use scenes::{Scene, Skip};
 use std::path::{Path, PathBuf};
@@ -53,6 +54,8 @@ pub fn render(args: &RenderArgs, verbosity: Verbosity, stop: &Stop) -> Result<St
 /// Everything that a render needs, checked.
 struct Job {
     scene: Scene,
+    /// The pixels asked for.
+    window: Window,
     method: Box<dyn Integrator>,
     settings: RenderSettings,
     budget: Budget,
@@ -82,19 +85,21 @@ impl Job {
         let seconds = Seconds { load, build: start.elapsed().as_secs_f64() - load, ..Seconds::default() };
         let output = output_path(args, &scene)?;
         let settings = render_settings(&*method, orders, args.tail, args.seed, sampler);
-        Ok(Self { scene, method, settings, budget, output, seconds })
+        let whole = Window::whole(scene.camera.width(), scene.camera.height());
+        let window = args.crop.clone().unwrap_or(whole);
+        check_window(&scene, &window)?;
+        Ok(Self { scene, window, method, settings, budget, output, seconds })
     }
 
     /// All replicates, or those that were complete when the user asked for an end.
     fn run(&self, verbosity: Verbosity, stop: &Stop) -> Result<(Measurement, Status), Error> {
-        let pixels = u64::from(self.scene.camera.width()) * u64::from(self.scene.camera.height());
+        let pixels = u64::from(self.window.width()) * u64::from(self.window.height());
         let layers = self.settings.orders.iter().count() as u64 + u64::from(self.settings.tail);
         require_memory(u128::from(Render::bytes(pixels, layers)), "this image")?;
 
-        let samples_per_replicate =
-            self.budget.samples_per_replicate(&self.scene, &*self.method, &self.settings, stop)?;
-        let settings = RenderSettings { samples_per_replicate, ..self.settings.clone() };
-        let mut render = Render::new(&self.scene, &*self.method, settings)?;
+        let render = |settings| Render::cropped(&self.scene, &*self.method, settings, self.window.clone());
+        let samples_per_replicate = self.budget.samples_per_replicate(&render, &self.settings, stop)?;
+        let mut render = render(RenderSettings { samples_per_replicate, ..self.settings.clone() })?;
         let mut progress = Progress::new(f64::from(self.budget.replicates), verbosity);
         progress.say(format!("{} in {}", self.method.name(), self.scene.name));
         while render.replicates() < self.budget.replicates {
@@ -114,6 +119,7 @@ impl Job {
             method: self.method.name().to_owned(),
             settings: self.method.settings(),
             sampler: self.settings.sampler.to_string(),
+            filter: self.scene.camera.filter().to_string(),
             seed: self.settings.seed,
         }
     }
@@ -125,6 +131,7 @@ impl Job {
             settings: self.method.settings(),
             seed: self.settings.seed,
             sampler: self.settings.sampler.to_string(),
+            filter: self.scene.camera.filter().to_string(),
             threads,
             skipped: self.scene.needs.skipped(),
             missing_light: self.method.missing_light(&self.scene.facts),
@@ -167,7 +174,7 @@ pub fn render_settings(
         samples_per_replicate: 1,
         seed,
         sampler,
-        instance: budget::instance(method),
+        instance: budget::instance(method, sampler),
         role: Role::Estimate,
     }
 }

@@ -1,7 +1,9 @@
 //! What an experiment leaves behind: the structs that the runner fills, and that records, plots and reports read.
 
 use crate::config::Experiment;
+use crate::convergence::Line;
 use integrators::{Layer, Measurement};
+use sampling::sampler::SamplerKind;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -18,6 +20,10 @@ pub struct ExperimentResult {
     pub agreement: Vec<AgreementRow>,
     /// Fitted convergence, for every scene, method and order that has checkpoints.
     pub slopes: Vec<SlopeRow>,
+    /// Every sampler against the first one, for every scene, method and order that has checkpoints.
+    pub ratios: Vec<RatioRow>,
+    /// Integrals of known value by every sampler, samplers in turn; empty where none were asked for.
+    pub integrals: Vec<IntegralResult>,
     /// Where, when and with what it ran.
     pub manifest: Manifest,
 }
@@ -47,8 +53,13 @@ pub struct MethodResult {
     pub scene: String,
     /// The method's registered name, such as `bdpt`.
     pub method: String,
-    /// What tells this entry from the experiment's others, fit for a file's name: `bdpt`, `bdpt_power`.
+    /// What tells it from the experiment's others, fit for a file's name: `bdpt`, `bdpt_power`; with the sampler where there are
+    /// several.
     pub label: String,
+    /// The same without the sampler.
+    pub entry: String,
+    /// Where its random numbers came from.
+    pub sampler: SamplerKind,
     /// All of the method's settings, defaults included.
     pub settings: Value,
     /// The settings that differ from the defaults, for one column of a table: `mis=power`; empty for none.
@@ -101,6 +112,44 @@ pub struct SlopeRow {
     pub intercept: f64,
     /// Checkpoints fitted.
     pub points: usize,
+}
+
+/// A method with one sampler against the same method with the experiment's first one, at the most samples measured.
+#[derive(Clone, Debug)]
+pub struct RatioRow {
+    /// The scene's name.
+    pub scene: String,
+    /// The method's label.
+    pub label: String,
+    /// The label of the same method with the first sampler.
+    pub baseline: String,
+    /// The layer; `None` for the sum of all.
+    pub order: Option<Layer>,
+    /// Samples per pixel of each replicate.
+    pub samples: u32,
+    /// Its root mean squared error over the baseline's: below 1, it is the better one.
+    pub ratio: f64,
+    /// The ratio's 95 % bootstrap interval, replicates drawn in pairs.
+    pub ci: (f64, f64),
+}
+
+/// One integral of known value by one sampler.
+#[derive(Clone, Debug)]
+pub struct IntegralResult {
+    /// Its name.
+    pub integral: String,
+    /// How many numbers it depends on.
+    pub dimension: usize,
+    /// Where they came from.
+    pub sampler: SamplerKind,
+    /// Its value.
+    pub exact: f64,
+    /// Mean squared errors against samples, rising; their `variance` is about the known value.
+    pub points: Vec<Checkpoint>,
+    /// For each of them, the p-value of Student's test that the mean over replicates is the known value.
+    pub p: Vec<f64>,
+    /// The line through them.
+    pub slope: Option<Line>,
 }
 
 /// Two methods of a scene, compared in one layer.
@@ -199,6 +248,9 @@ pub struct SceneRecord {
     pub source: String,
     /// Content hash.
     pub hash: String,
+    /// The camera's pixel filter.
+    #[serde(default)]
+    pub filter: String,
     /// What the scene lets a render leave out.
     pub skipped: Vec<String>,
     /// What an importer approximated.
@@ -214,6 +266,9 @@ pub struct MethodRecord {
     pub method: String,
     /// All of its settings.
     pub settings: Value,
+    /// Where its random numbers came from.
+    #[serde(default)]
+    pub sampler: SamplerKind,
 }
 
 /// The machine in the manifest.

@@ -1,17 +1,18 @@
 //! `neumann run`: an experiment from its file to its folder of results.
 
 use crate::cli::{RunArgs, print};
-use crate::config::{self, Experiment, Source};
+use crate::config::{self, Experiment, Samplers};
 use crate::error::{Error, Status};
 use crate::export::exr::{ImageMeta, LayerSelection, write_measurement};
 use crate::export::png::write_contact_sheet;
 use crate::output::Folder;
 use crate::plan::Plan;
 use crate::progress::Verbosity;
-use crate::record::{self, MANIFEST, StoredManifest};
-use crate::result::{ExperimentResult, Verdict};
+use crate::record::{MANIFEST, StoredManifest};
+use crate::result::{AgreementRow, ExperimentResult, RatioRow, Verdict};
+use crate::source::Source;
 use crate::stop::Stop;
-use crate::{agreement, budget, convergence, report, runner, settings};
+use crate::{agreement, budget, convergence, ratio, record, report, runner, settings};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -29,23 +30,27 @@ pub fn run(args: &RunArgs, verbosity: Verbosity, stop: &Stop) -> Result<Status, 
     let folder = Folder::open(&path)?;
 
     let pool = budget::pool(args.threads)?;
-    let methods = pool.install(|| runner::run(&mut plan, verbosity, stop))?;
+    let (methods, integrals) = pool.install(|| runner::run(&mut plan, verbosity, stop))?;
     if let (Some(signal), true) = (stop.signal(), former.as_ref().is_some_and(|f| f.manifest.complete)) {
         eprintln!("stopped early: the complete results in {} are kept", path.display());
         return Ok(Status::Interrupted(signal));
     }
-    let mut agreements = Vec::new();
+    let (mut agreements, mut ratios) = (Vec::new(), Vec::new());
     for scene in &plan.scenes {
         let of_scene: Vec<_> = methods.iter().filter(|m| m.scene == scene.name).collect();
         agreements.extend(agreement::compare(&of_scene));
+        ratios.extend(ratio::of_scene(&of_scene));
     }
     let slopes = methods.iter().flat_map(convergence::slopes).collect();
     let manifest = record::manifest(&plan, pool.current_num_threads(), started, stop.signal().is_none());
     let (name, experiment) = (plan.name.clone(), plan.experiment.clone());
-    let result = ExperimentResult { name, experiment, methods, agreement: agreements, slopes, manifest };
+    let result =
+        ExperimentResult { name, experiment, methods, agreement: agreements, slopes, ratios, integrals, manifest };
 
-    write_all(&folder, &plan, &result)?;
+    write_all(&folder, &result)?;
     folder.commit(&former.map(|f| f.files).unwrap_or_default(), MANIFEST)?;
+    // Differences are warnings, which no one asked to be quiet about.
+    eprint!("{}", differences(&result));
     if verbosity == Verbosity::Normal {
         print(&summary(&result, &path))?;
     }
@@ -68,7 +73,7 @@ fn changed(experiment: Experiment, args: &RunArgs) -> Result<Experiment, Error> 
         experiment.size = Some([width, height]);
     }
     if let Some(name) = &args.sampler {
-        experiment.sampler = config::sampler(name)?;
+        experiment.sampler = Samplers(vec![config::sampler(name)?]);
     }
     experiment.replicates = args.replicates.unwrap_or(experiment.replicates);
     experiment.max_order = args.max_order.unwrap_or(experiment.max_order);
@@ -100,7 +105,7 @@ fn former_results(path: &Path, plan: &Plan, args: &RunArgs) -> Result<Option<Sto
     Ok(Some(former))
 }
 
-fn write_all(folder: &Folder, plan: &Plan, result: &ExperimentResult) -> Result<(), Error> {
+fn write_all(folder: &Folder, result: &ExperimentResult) -> Result<(), Error> {
     let staging = folder.staging();
     for method in &result.methods {
         let scene_folder = staging.join(&method.scene);
@@ -110,14 +115,15 @@ fn write_all(folder: &Folder, plan: &Plan, result: &ExperimentResult) -> Result<
             source,
             mend: "check the disk",
         })?;
-        let hash = plan.scenes.iter().find(|s| s.name == method.scene).map(|s| s.scene.hash.clone());
+        let scene = result.manifest.scenes.iter().find(|s| s.name == method.scene);
         let meta = ImageMeta {
             software: format!("neumann {}", result.manifest.neumann),
             scene: method.scene.clone(),
-            scene_hash: hash.unwrap_or_default(),
+            scene_hash: scene.map(|s| s.hash.clone()).unwrap_or_default(),
             method: method.method.clone(),
             settings: method.settings.clone(),
-            sampler: result.experiment.sampler.to_string(),
+            sampler: method.sampler.to_string(),
+            filter: scene.map(|s| s.filter.clone()).unwrap_or_default(),
             seed: result.experiment.seed,
         };
         let image = scene_folder.join(format!("{}.exr", method.label));
@@ -141,12 +147,11 @@ fn status(result: &ExperimentResult, args: &RunArgs, stop: &Stop) -> Status {
     stop.signal().map_or(status, Status::Interrupted)
 }
 
-fn summary(result: &ExperimentResult, path: &Path) -> String {
-    let differ = result.agreement.iter().filter(|row| row.verdict == Verdict::Differ);
-    let mut text = String::new();
-    for row in differ {
-        text += &format!(
-            "{} and {} differ in {}, order {}: {:.6e} and {:.6e}, {:.1} standard errors, {} of {} blocks\n",
+/// A line for every pair of methods that differ in an order.
+fn differences(result: &ExperimentResult) -> String {
+    let line = |row: &AgreementRow| {
+        format!(
+            "warning: {} and {} differ in {}, order {}: {:.6e} and {:.6e}, {:.1} standard errors, {} of {} blocks\n",
             row.a,
             row.b,
             row.scene,
@@ -156,10 +161,32 @@ fn summary(result: &ExperimentResult, path: &Path) -> String {
             row.t.abs(),
             row.rejected,
             row.blocks
-        );
-    }
-    if text.is_empty() && !result.agreement.is_empty() {
+        )
+    };
+    result.agreement.iter().filter(|row| row.verdict == Verdict::Differ).map(line).collect()
+}
+
+fn summary(result: &ExperimentResult, path: &Path) -> String {
+    let mut text = String::new();
+    if !result.agreement.is_empty() && result.agreement.iter().all(|row| row.verdict != Verdict::Differ) {
         text += "no two methods differ in any order\n";
     }
+    text += &ratios(&result.ratios);
     text + &format!("{:.1} s; see {}\n", result.manifest.seconds, path.join("report.html").display())
+}
+
+/// A line for every scene and sampler: its errors order by order, relative to the first sampler's.
+fn ratios(rows: &[RatioRow]) -> String {
+    let mut text = String::new();
+    let heads: Vec<(&str, &str)> = rows.iter().map(|row| (row.scene.as_str(), row.label.as_str())).collect();
+    for (i, row) in rows.iter().enumerate() {
+        if !heads[..i].contains(&heads[i]) {
+            let end = if i == 0 { "" } else { "\n" };
+            let RatioRow { scene, label, baseline, samples, .. } = row;
+            text += &format!("{end}{scene}, {label} against {baseline}, {samples} samples per pixel: RMSE");
+        }
+        let order = row.order.map_or("sum".to_owned(), |layer| format!("order {}", layer.label()));
+        text += &format!(" · {order} {:.3} [{:.3}, {:.3}]", row.ratio, row.ci.0, row.ci.1);
+    }
+    if rows.is_empty() { text } else { text + "\n" }
 }

@@ -1,22 +1,29 @@
 //! Runs a plan: in every scene the methods take turns, replicate by replicate, so that the machine's drift hits all alike.
 
-use crate::budget::instance;
 use crate::config::Convergence;
 use crate::convergence::Deviations;
 use crate::error::Error;
-use crate::plan::{Plan, PlannedScene};
+use crate::integrals;
+use crate::plan::{Plan, PlannedMethod, PlannedScene};
 use crate::progress::{Progress, Verbosity};
-use crate::result::{Checkpoint, MethodResult};
+use crate::result::{Checkpoint, IntegralResult, MethodResult};
 use crate::stop::Stop;
 use integrators::{Layer, Render, RenderSettings};
 
-/// Runs all scenes of the plan in the current thread pool. After an early end, what is complete.
+/// Runs all of the plan in the current thread pool: integrals, then scene after scene. After an early end, what is complete.
 ///
 /// # Errors
 /// If a method cannot render a scene.
-pub fn run(plan: &mut Plan, verbosity: Verbosity, stop: &Stop) -> Result<Vec<MethodResult>, Error> {
+pub fn run(
+    plan: &mut Plan,
+    verbosity: Verbosity,
+    stop: &Stop,
+) -> Result<(Vec<MethodResult>, Vec<IntegralResult>), Error> {
     let samples = samples_per_replicate(plan, stop)?;
     let mut progress = Progress::new(total_work(plan, &samples), verbosity);
+    let (samplers, seed) = (&plan.experiment.sampler.0, plan.experiment.seed);
+    let asked = plan.experiment.integrals.as_ref();
+    let integrals = asked.map(|asked| integrals::measure(samplers, asked, seed, &mut progress, stop));
     let mut results = Vec::new();
     for (scene, samples) in samples.iter().enumerate() {
         let mut of_scene = compare_methods(plan, &plan.scenes[scene], samples, &mut progress, stop)?;
@@ -31,16 +38,18 @@ pub fn run(plan: &mut Plan, verbosity: Verbosity, stop: &Stop) -> Result<Vec<Met
             break;
         }
     }
-    Ok(results)
+    Ok((results, integrals.unwrap_or_default()))
 }
 
 /// Samples of a replicate, by scene and method.
 fn samples_per_replicate(plan: &Plan, stop: &Stop) -> Result<Vec<Vec<u32>>, Error> {
     let of = |scene: &PlannedScene| {
-        let methods = plan.methods.iter().map(|m| &*m.method);
-        let budgets = methods
-            .map(|method| plan.budget.samples_per_replicate(&scene.scene, method, &plan.render_settings(method), stop));
-        budgets.collect()
+        let budget = |planned: &PlannedMethod| {
+            let settings = plan.render_settings(planned);
+            let render = |settings| Render::new(&scene.scene, &*planned.method, settings);
+            plan.budget.samples_per_replicate(&render, &settings, stop)
+        };
+        plan.methods.iter().map(budget).collect()
     };
     plan.scenes.iter().map(of).collect()
 }
@@ -56,7 +65,11 @@ fn total_work(plan: &Plan, samples: &[Vec<u32>]) -> f64 {
         let [width, height] = c.size.map(f64::from);
         width * height * samples * f64::from(c.replicates) * (plan.methods.len() * plan.scenes.len()) as f64
     });
-    images.sum::<f64>() + checkpoints
+    let integrals = plan.experiment.integrals.as_ref().map_or(0.0, |asked| {
+        let all: f64 = asked.checkpoints.iter().map(|&samples| integrals::work(asked, samples)).sum();
+        all * plan.experiment.sampler.0.len() as f64
+    });
+    images.sum::<f64>() + checkpoints + integrals
 }
 
 fn pixels(scene: &PlannedScene) -> f64 {
@@ -88,7 +101,7 @@ fn compare_methods(
 ) -> Result<Vec<MethodResult>, Error> {
     let mut renders = Vec::new();
     for (planned, &samples_per_replicate) in plan.methods.iter().zip(samples) {
-        let settings = RenderSettings { samples_per_replicate, ..plan.render_settings(&*planned.method) };
+        let settings = RenderSettings { samples_per_replicate, ..plan.render_settings(planned) };
         renders.push(Render::new(&scene.scene, &*planned.method, settings)?);
     }
     'replicates: for replicate in 0..plan.budget.replicates {
@@ -105,6 +118,8 @@ fn compare_methods(
         scene: scene.name.clone(),
         method: planned.method.name().to_owned(),
         label: planned.label.clone(),
+        entry: planned.entry.clone(),
+        sampler: planned.sampler,
         settings: planned.method.settings(),
         setting: planned.setting.clone(),
         measurement: render.finish(),
@@ -128,7 +143,7 @@ fn measure_convergence(
     for &samples in &convergence.checkpoints {
         let mut runs = Vec::new();
         for planned in &plan.methods {
-            let settings = checkpoint_settings(plan, scene, &*planned.method, samples);
+            let settings = checkpoint_settings(plan, scene, planned, samples);
             runs.push(CheckpointRun::new(
                 scene,
                 Render::new(&scene.scene, &*planned.method, settings.clone())?,
@@ -156,18 +171,11 @@ fn measure_convergence(
 }
 
 /// Every checkpoint draws numbers of its own, so that they are independent of one another and of the images.
-fn checkpoint_settings(
-    plan: &Plan,
-    scene: &PlannedScene,
-    method: &dyn integrators::Integrator,
-    samples: u32,
-) -> RenderSettings {
+fn checkpoint_settings(plan: &Plan, scene: &PlannedScene, planned: &PlannedMethod, samples: u32) -> RenderSettings {
     let (width, height) = (scene.scene.camera.width(), scene.scene.camera.height());
-    RenderSettings {
-        samples_per_replicate: samples,
-        instance: format!("{} {width}x{height} at {samples}", instance(method)),
-        ..plan.render_settings(method)
-    }
+    let settings = plan.render_settings(planned);
+    let instance = format!("{} {width}x{height} at {samples}", settings.instance);
+    RenderSettings { samples_per_replicate: samples, instance, ..settings }
 }
 
 /// One method at one number of samples.

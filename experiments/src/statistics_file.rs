@@ -14,11 +14,14 @@ pub struct Statistics {
     settings: Value,
     width: u32,
     height: u32,
+    /// First column, first row, width, height of the part of the image that was rendered; `null` for all of it.
+    crop: Option<[u32; 4]>,
     max_order: usize,
     spp: u64,
     replicates: u32,
     seed: u64,
     sampler: String,
+    filter: String,
     threads: usize,
     seconds: Seconds,
     rays: Rays,
@@ -80,6 +83,8 @@ pub struct Context {
     pub seed: u64,
     /// The sampler's name.
     pub sampler: String,
+    /// The pixel filter's name.
+    pub filter: String,
     /// Threads that rendered.
     pub threads: usize,
     /// What the scene let the render leave out.
@@ -110,11 +115,13 @@ impl Statistics {
             settings: context.settings,
             width: m.width,
             height: m.height,
+            crop: (m.image_size != (m.width, m.height)).then_some([m.origin.0, m.origin.1, m.width, m.height]),
             max_order: m.max_order,
             spp: m.samples(),
             replicates: m.replicates,
             seed: context.seed,
             sampler: context.sampler,
+            filter: context.filter,
             threads: context.threads,
             seconds,
             rays: Rays { closest: m.counters.closest, shadow: m.counters.shadow },

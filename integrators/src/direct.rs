@@ -68,6 +68,10 @@ impl Estimator for Direct {
         missing
     }
 
+    fn splats(&self) -> bool {
+        false
+    }
+
     fn estimate<S: Sink>(
         &self,
         scene: &Scene,

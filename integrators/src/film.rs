@@ -3,10 +3,11 @@
 //! What a camera walk brings belongs to the pixel whose sample it is; what a light walk splats belongs to every pixel whose filter
 //! reaches where it lands.
 //!
-//! A replicate's work is cut into blocks: a tile of pixels and a range of samples. A block adds what lands in its own tile
-//! to its own sums, and lists what lands elsewhere as splats. Blocks are reduced into the film in block order, row of tiles
-//! by row of tiles, so the sums have the same bits for any number of threads and any number of blocks in flight.
+//! A block adds what lands in its own tile to its own sums, and lists what lands elsewhere as splats. Blocks are reduced into the
+//! film in block order, band of rows by band of rows, so the sums have the same bits for any number of threads, any number of
+//! blocks in flight, and any part of the image that the film has.
 
+pub use crate::block::{Block, Blocks, TILE, Window};
 use crate::contribution::{Contribution, Sink, Technique, Wants};
 use crate::measurement::Counters;
 use crate::method::Pixel;
@@ -15,66 +16,6 @@ use crate::splats::{Splat, Splats};
 use rayon::prelude::*;
 use sampling::filter::Filter;
 use sampling::{Spectrum, Vec2, fault};
-use std::ops::Range;
-
-/// Width and height of a tile \[pixels\].
-pub const TILE: u32 = 16;
-/// Samples per pixel in one block.
-pub const SAMPLES_PER_BLOCK: u32 = 4;
-
-/// A rectangle of pixels, ends excluded.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Tile {
-    /// Columns.
-    pub x: Range<u32>,
-    /// Rows.
-    pub y: Range<u32>,
-}
-
-/// One piece of a replicate's work.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Block {
-    /// The pixels whose samples are taken.
-    pub tile: Tile,
-    /// Which of their samples.
-    pub samples: Range<u32>,
-}
-
-/// How a replicate is cut into blocks. Depends on the image and the sample count alone.
-#[derive(Clone, Copy, Debug)]
-pub struct Blocks {
-    width: u32,
-    height: u32,
-    samples: u32,
-}
-
-impl Blocks {
-    /// The blocks of an image with so many samples per pixel.
-    pub fn new(width: u32, height: u32, samples: u32) -> Self {
-        Self { width, height, samples }
-    }
-
-    fn tiles(&self) -> u64 {
-        self.width.div_ceil(TILE) as u64 * self.height.div_ceil(TILE) as u64
-    }
-
-    /// Number of blocks.
-    pub fn count(&self) -> u64 {
-        self.tiles() * self.samples.div_ceil(SAMPLES_PER_BLOCK) as u64
-    }
-
-    /// The block of a number below [`Blocks::count`]: all tiles of the first samples, then of the next.
-    pub fn block(&self, index: u64) -> Block {
-        let columns = self.width.div_ceil(TILE) as u64;
-        let (chunk, tile) = ((index / self.tiles()) as u32, index % self.tiles());
-        let (x, y) = ((tile % columns) as u32 * TILE, (tile / columns) as u32 * TILE);
-        let first = chunk * SAMPLES_PER_BLOCK;
-        Block {
-            tile: Tile { x: x..(x + TILE).min(self.width), y: y..(y + TILE).min(self.height) },
-            samples: first..(first + SAMPLES_PER_BLOCK).min(self.samples),
-        }
-    }
-}
 
 /// What one block adds to the film.
 #[derive(Clone, Debug)]
@@ -82,8 +23,10 @@ pub struct BlockFilm<'r> {
     request: &'r Request,
     width: u32,
     height: u32,
+    /// The pixels that the film has.
+    window: Window,
     filter: Filter,
-    tile: Tile,
+    tile: Window,
     /// The pixel whose sample is taken, and the sample's weight.
     pixel: (u32, u32),
     weight: f32,
@@ -96,8 +39,8 @@ pub struct BlockFilm<'r> {
 }
 
 impl<'r> BlockFilm<'r> {
-    /// Empty, for blocks of an image of the given size whose pixels have this filter.
-    pub fn new(request: &'r Request, (width, height): (u32, u32), filter: Filter) -> Self {
+    /// Empty, for blocks of an image of the given size whose pixels have this filter, and a film of those in a window.
+    pub fn new(request: &'r Request, (width, height): (u32, u32), window: Window, filter: Filter) -> Self {
         let layers = request.layers().len();
         let pixels = TILE.min(width) as usize * TILE.min(height) as usize;
         Self {
@@ -105,11 +48,12 @@ impl<'r> BlockFilm<'r> {
             width,
             height,
             filter,
-            tile: Tile { x: 0..0, y: 0..0 },
+            tile: Window { x: 0..0, y: 0..0 },
             pixel: (0, 0),
             weight: 1.0,
             sums: vec![0.0; pixels * layers * 3],
-            splats: Splats::new(height.div_ceil(TILE) as usize),
+            splats: Splats::new(window.height().div_ceil(TILE) as usize),
+            window,
             invalid: vec![0; layers],
             counters: Counters::default(),
         }
@@ -123,7 +67,7 @@ impl<'r> BlockFilm<'r> {
     /// Makes it ready for another block.
     ///
     /// Until [`start_sample`](Self::start_sample) is called, camera walks are taken for the first pixel's.
-    pub fn start(&mut self, tile: Tile) {
+    pub fn start(&mut self, tile: Window) {
         self.pixel = (tile.x.start, tile.y.start);
         self.weight = 1.0;
         self.tile = tile;
@@ -133,20 +77,24 @@ impl<'r> BlockFilm<'r> {
         self.counters = Counters::default();
     }
 
-    /// Adds this block's share of one row of tiles to that row of the film.
+    /// Adds this block's share of one band of [`TILE`] rows of the film to it.
     fn reduce_band(&self, band: usize, rows: &mut [f64]) {
-        let layers = self.request.layers().len();
-        let row_of_band = band * TILE as usize;
-        if self.tile.y.start as usize == row_of_band {
-            let columns = self.tile.x.len();
-            for (local_row, sums) in self.sums.chunks(columns * layers * 3).take(self.tile.y.len()).enumerate() {
-                let start = (local_row * self.width as usize + self.tile.x.start as usize) * layers * 3;
-                rows[start..start + sums.len()].iter_mut().zip(sums).for_each(|(a, b)| *a += b);
-            }
+        let stride = self.request.layers().len() * 3;
+        let width = self.window.width() as usize;
+        let first_row = self.window.y.start + band as u32 * TILE;
+        let shared = self.tile.within(&Window { y: first_row..first_row + TILE, ..self.window.clone() });
+        for y in shared.y.clone() {
+            // Where the row begins in the tile's sums, and in the band.
+            let local =
+                (y - self.tile.y.start) as usize * self.tile.x.len() + (shared.x.start - self.tile.x.start) as usize;
+            let place = (y - first_row) as usize * width + (shared.x.start - self.window.x.start) as usize;
+            let length = shared.x.len() * stride;
+            let sums = &self.sums[local * stride..][..length];
+            rows[place * stride..][..length].iter_mut().zip(sums).for_each(|(a, b)| *a += b);
         }
-        let first_pixel = row_of_band * self.width as usize;
+        let first_pixel = band * TILE as usize * width;
         for splat in self.splats.band(band) {
-            let i = ((splat.pixel as usize - first_pixel) * layers + splat.layer as usize) * 3;
+            let i = (splat.pixel as usize - first_pixel) * stride + splat.layer as usize * 3;
             (0..3).for_each(|c| rows[i + c] += splat.value[c] as f64);
         }
     }
@@ -164,14 +112,18 @@ impl BlockFilm<'_> {
     #[inline]
     fn add_to(&mut self, (x, y): (u32, u32), layer: usize, value: Spectrum) {
         let value = value.to_array();
-        if self.tile.x.contains(&x) && self.tile.y.contains(&y) {
+        if self.tile.contains((x, y)) {
             let pixel = (y - self.tile.y.start) as usize * self.tile.x.len() + (x - self.tile.x.start) as usize;
             let i = (pixel * self.request.layers().len() + layer) * 3;
             let sums = &mut self.sums[i..i + 3];
             (0..3).for_each(|c| sums[c] += value[c] as f64);
             return;
         }
-        self.splats.push((y / TILE) as usize, Splat { pixel: y * self.width + x, layer: layer as u32, value });
+        if self.window.contains((x, y)) {
+            let (column, row) = (x - self.window.x.start, y - self.window.y.start);
+            let pixel = row * self.window.width() + column;
+            self.splats.push((row / TILE) as usize, Splat { pixel, layer: layer as u32, value });
+        }
     }
 
     /// Adds what lands anywhere to the pixel it lands in.
@@ -274,17 +226,36 @@ mod tests {
         }
     }
 
+    /// Whichever block a contribution is made in, and however the window lies to the tiles.
     #[test]
-    fn blocks_cover_every_sample_of_every_pixel_once() {
-        let blocks = Blocks::new(37, 18, 6);
-        let mut seen = vec![0_u32; 37 * 18 * 6];
-        for index in 0..blocks.count() {
-            let block = blocks.block(index);
-            for (x, y) in block.tile.y.clone().flat_map(|y| block.tile.x.clone().map(move |x| (x, y))) {
-                block.samples.clone().for_each(|s| seen[((y * 37 + x) * 6 + s) as usize] += 1);
+    fn a_window_of_the_film_holds_what_the_film_holds_there() {
+        let (width, height) = (37, 40);
+        let request = Request::new(Orders::up_to(0), false);
+        let filled = |window: &Window, tile: Window| {
+            let mut film = Film::new(window.width(), window.height(), 1);
+            let mut block = BlockFilm::new(&request, (width, height), window.clone(), Filter::Mitchell);
+            block.start(tile);
+            for i in 0..500 {
+                let (x, y) = ((i * 7 % 400) as f32 * 0.1 - 1.5, (i * 13 % 430) as f32 * 0.1 - 1.5);
+                block.add(contribution(x, y, 1.0 + i as f32));
+            }
+            film.reduce(&[block]);
+            film.sums
+        };
+        for tile in [Window { x: 16..32, y: 16..32 }, Window { x: 32..37, y: 32..40 }] {
+            let whole = filled(&Window::whole(width, height), tile.clone());
+            for window in
+                [Window { x: 5..29, y: 7..39 }, Window { x: 36..37, y: 0..1 }, Window { x: 16..32, y: 16..32 }]
+            {
+                let part = filled(&window, tile.clone());
+                for (i, sums) in part.chunks(3).enumerate() {
+                    let (x, y) =
+                        (window.x.start + i as u32 % window.width(), window.y.start + i as u32 / window.width());
+                    let at = (y * width + x) as usize * 3;
+                    assert_eq!(sums, &whole[at..at + 3], "{window:?} {x} {y}");
+                }
             }
         }
-        assert!(seen.iter().all(|&n| n == 1));
     }
 
     #[test]
@@ -292,8 +263,8 @@ mod tests {
         let (width, height) = (37, 18);
         let request = Request::new(Orders::up_to(0), false);
         let mut film = Film::new(width, height, 1);
-        let mut block = BlockFilm::new(&request, (width, height), Filter::Box);
-        block.start(Tile { x: 16..32, y: 0..16 });
+        let mut block = BlockFilm::new(&request, (width, height), Window::whole(width, height), Filter::Box);
+        block.start(Window { x: 16..32, y: 0..16 });
         for y in -1..=height as i32 {
             for x in -1..=width as i32 {
                 block.add(contribution(x as f32, y as f32, 1.0));
@@ -311,8 +282,8 @@ mod tests {
     #[test]
     fn non_finite_contributions_are_counted_and_left_out() {
         let request = Request::new(Orders::up_to(1), false);
-        let mut block = BlockFilm::new(&request, (4, 4), Filter::Box);
-        block.start(Tile { x: 0..4, y: 0..4 });
+        let mut block = BlockFilm::new(&request, (4, 4), Window::whole(4, 4), Filter::Box);
+        block.start(Window { x: 0..4, y: 0..4 });
         block.add(contribution(1.0, 1.0, f32::NAN));
         block.add(contribution(1.0, 1.0, f32::INFINITY));
         assert_eq!(block.invalid, [2, 0]);

@@ -10,12 +10,14 @@
 //! - [`method`]: the traits [`Estimator`] and [`Integrator`], and THE LIST of methods, [`Methods`];
 //! - the algorithms, one a file: [`direct`], [`path`], [`light`], [`bdpt`], with what they share: [`start`], [`vertex`], [`walk`],
 //!   [`connect`], [`next_event`], [`subsurface`], [`roulette`];
-//! - [`film`] and [`splats`]: one block's sums, and the film they are reduced into, in an order that no thread can change;
+//! - [`block`]: how work is cut into pieces; [`film`] and [`splats`]: one block's sums, and the film they are reduced into, in an
+//!   order that no thread can change;
 //! - [`render`]: replicates; [`statistics`]: their moments; [`measurement`]: what comes out.
 //!
 //! This crate reads and writes no files, and draws its random numbers only through [`sampling::sampler`].
 
 pub mod bdpt;
+pub mod block;
 pub mod connect;
 pub mod contribution;
 pub mod direct;
@@ -36,6 +38,7 @@ pub mod subsurface;
 pub mod vertex;
 pub mod walk;
 
+pub use block::Window;
 pub use contribution::{Contribution, PathView, Sink, Technique, Wants};
 pub use measurement::{Counters, Layer, Measurement};
 pub use method::{Estimator, Integrator, MethodError, Methods};

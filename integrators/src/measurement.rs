@@ -69,6 +69,10 @@ pub struct Measurement {
     pub width: u32,
     /// Rows.
     pub height: u32,
+    /// Column and row of the first pixel in the image that these pixels are cut from; `(0, 0)` for a whole one.
+    pub origin: (u32, u32),
+    /// Width and height of that image.
+    pub image_size: (u32, u32),
     /// The highest order of the truncated series.
     pub max_order: usize,
     /// What the layers hold, in rising order.

@@ -77,6 +77,11 @@ pub trait Estimator: Serialize + DeserializeOwned + Default + Send + Sync + 'sta
         Vec::new()
     }
 
+    /// Whether a sample may bring light to other pixels than its own.
+    fn splats(&self) -> bool {
+        true
+    }
+
     /// Takes one sample of `pixel`. `sampler` stands at that sample; every estimate it gives is of the whole image's
     /// radiance, to be divided by the number of samples per pixel.
     fn estimate<S: Sink>(
@@ -114,6 +119,11 @@ pub trait Integrator: Send + Sync {
 
     /// The light that it loses in a scene that needs this, a path class a line.
     fn missing_light(&self, needs: &Needs) -> Vec<String>;
+
+    /// Whether a sample may bring light to other pixels than its own.
+    fn splats(&self) -> bool {
+        true
+    }
 
     /// Starts a replicate.
     fn begin<'a>(&'a self, scene: &'a Scene, request: &'a Request, replicate: Replicate) -> Box<dyn Pass + 'a>;
@@ -159,6 +169,10 @@ impl<E: Estimator> Integrator for Sampled<E> {
 
     fn missing_light(&self, needs: &Needs) -> Vec<String> {
         self.estimator.missing_light(needs)
+    }
+
+    fn splats(&self) -> bool {
+        self.estimator.splats()
     }
 
     fn begin<'a>(&'a self, scene: &'a Scene, request: &'a Request, replicate: Replicate) -> Box<dyn Pass + 'a> {

@@ -90,6 +90,10 @@ impl Estimator for Path {
         missing
     }
 
+    fn splats(&self) -> bool {
+        false
+    }
+
     fn estimate<S: Sink>(
         &self,
         scene: &Scene,

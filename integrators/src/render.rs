@@ -1,6 +1,6 @@
 //! Replicates of one method in one scene.
 
-use crate::film::{Block, BlockFilm, Blocks, Film};
+use crate::film::{Block, BlockFilm, Blocks, Film, Window};
 use crate::measurement::{Counters, Measurement};
 use crate::method::{Integrator, Replicate};
 use crate::request::{Orders, Request};
@@ -40,6 +40,16 @@ pub enum RenderError {
     /// A replicate needs at least one sample.
     #[error("0 samples per replicate; ask for at least 1")]
     NoSamples,
+    /// No pixel, or one that the image does not have.
+    #[error("the crop has columns {x:?} and rows {y:?} of an image of {width}x{height}; choose some of its pixels", x = .window.x, y = .window.y)]
+    NoSuchPixels {
+        /// What was asked for.
+        window: Window,
+        /// Pixels in a row of the image.
+        width: u32,
+        /// Its rows.
+        height: u32,
+    },
     /// The method cannot work in this scene.
     #[error("{method} cannot render this scene: {reason}")]
     Unsupported {
@@ -50,12 +60,25 @@ pub enum RenderError {
     },
 }
 
+/// Whether the image has the pixels of a window.
+///
+/// # Errors
+/// If the window has none, or such as the image does not have.
+pub fn check_window(scene: &Scene, window: &Window) -> Result<(), RenderError> {
+    let (width, height) = (scene.camera.width(), scene.camera.height());
+    if window.x.is_empty() || window.y.is_empty() || window.x.end > width || window.y.end > height {
+        return Err(RenderError::NoSuchPixels { window: window.clone(), width, height });
+    }
+    Ok(())
+}
+
 /// A method at work in a scene, replicate by replicate.
 pub struct Render<'a> {
     scene: &'a Scene,
     method: &'a dyn Integrator,
     settings: RenderSettings,
     request: Request,
+    window: Window,
     film: Film,
     group: ImageMoments,
     whole: ImageMoments,
@@ -75,6 +98,23 @@ impl<'a> Render<'a> {
     /// If no sample is asked for, or the method does not support the scene or the request. Orders that it cannot carry are
     /// left out, unless no other was asked for.
     pub fn new(scene: &'a Scene, method: &'a dyn Integrator, settings: RenderSettings) -> Result<Self, RenderError> {
+        let window = Window::whole(scene.camera.width(), scene.camera.height());
+        Self::cropped(scene, method, settings, window)
+    }
+
+    /// The same for the pixels of a window of the image alone, which get the bits that they have in the whole.
+    ///
+    /// A method that splats takes the samples of all pixels for that, since each may land in any.
+    ///
+    /// # Errors
+    /// Those of [`Render::new`], and if the window has no pixels, or such as the image does not have.
+    pub fn cropped(
+        scene: &'a Scene,
+        method: &'a dyn Integrator,
+        settings: RenderSettings,
+        window: Window,
+    ) -> Result<Self, RenderError> {
+        check_window(scene, &window)?;
         if settings.samples_per_replicate == 0 {
             return Err(RenderError::NoSamples);
         }
@@ -86,7 +126,7 @@ impl<'a> Render<'a> {
         if let Some(reason) = reason {
             return Err(RenderError::Unsupported { method: method.name().to_owned(), reason });
         }
-        let (width, height, layers) = (scene.camera.width(), scene.camera.height(), request.layers().len());
+        let (width, height, layers) = (window.width(), window.height(), request.layers().len());
         let pixels = width as usize * height as usize;
         let grid = BlockGrid::new(width, height);
         Ok(Self {
@@ -104,6 +144,7 @@ impl<'a> Render<'a> {
             invalid: vec![0; layers],
             counters: Counters::default(),
             request,
+            window,
         })
     }
 
@@ -129,13 +170,15 @@ impl<'a> Render<'a> {
         let key = StreamKey::new(settings.seed, &settings.instance, settings.role, self.replicate_seconds.len() as u32);
         let replicate = Replicate { key, sampler: settings.sampler, samples: settings.samples_per_replicate };
         let (width, height) = (self.scene.camera.width(), self.scene.camera.height());
-        let blocks = Blocks::new(width, height, settings.samples_per_replicate);
+        let taken = if self.method.splats() { Window::whole(width, height) } else { self.window.clone() };
+        let blocks = Blocks::new(taken, settings.samples_per_replicate);
         let pass = self.method.begin(self.scene, &self.request, replicate);
         let wave = (WAVE_BYTES / BlockFilm::bytes(&self.request, width, height).max(1)).clamp(1, WAVE);
-        let mut films = vec![
-            BlockFilm::new(&self.request, (width, height), self.scene.camera.filter());
-            wave.min(blocks.count() as usize)
-        ];
+        let mut films =
+            vec![
+                BlockFilm::new(&self.request, (width, height), self.window.clone(), self.scene.camera.filter());
+                wave.min(blocks.count() as usize)
+            ];
         self.film.clear();
         for first in (0..blocks.count()).step_by(films.len()) {
             let count = films.len().min((blocks.count() - first) as usize);
@@ -180,7 +223,7 @@ impl<'a> Render<'a> {
     pub fn finish(mut self) -> Measurement {
         self.close_group();
         let (whole, layers) = (self.whole, self.request.layers().to_vec());
-        let pixels = (self.scene.camera.width() * self.scene.camera.height()) as f64;
+        let pixels = self.window.width() as f64 * self.window.height() as f64;
         let count = layers.len();
         let scale = 1.0 / (pixels * (whole.count as f64 - 1.0));
         let known = whole.count >= 2;
@@ -190,8 +233,10 @@ impl<'a> Render<'a> {
             covariance = (0..count * count).map(|n| entry(n / count, n % count)).collect();
         }
         Measurement {
-            width: self.scene.camera.width(),
-            height: self.scene.camera.height(),
+            width: self.window.width(),
+            height: self.window.height(),
+            origin: (self.window.x.start, self.window.y.start),
+            image_size: (self.scene.camera.width(), self.scene.camera.height()),
             max_order: self.settings.orders.max_order(),
             layers,
             replicates: whole.count,

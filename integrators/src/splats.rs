@@ -3,7 +3,7 @@
 /// One contribution to a pixel of another block's tile.
 #[derive(Clone, Copy, Debug)]
 pub struct Splat {
-    /// Pixel number, `y · width + x`.
+    /// Pixel number within the film, `y · width + x`.
     pub pixel: u32,
     /// Layer of the film.
     pub layer: u32,

@@ -73,6 +73,8 @@
 //!   1981.
 //! - `[Ize13]` T. Ize: *Robust BVH ray traversal*, JCGT 2(2), 2013.
 //! - `[Jakob14]` W. Jakob: *An improved visible normal sampling routine for the Beckmann distribution*, ETH Zürich, 2014.
+//! - `[Joe08]` S. Joe, F. Y. Kuo: *Constructing Sobol sequences with better two-dimensional projections*, SIAM Journal on Scientific
+//!   Computing 30(5), 2008.
 //! - `[Johnson72]` P. B. Johnson, R. W. Christy: *Optical constants of the noble metals*, Physical Review B 6, 1972.
 //! - `[Johnson74]` P. B. Johnson, R. W. Christy: *Optical constants of transition metals: Ti, V, Cr, Mn, Fe, Co, Ni, and
 //!   Pd*, Physical Review B 9, 1974.
@@ -87,6 +89,7 @@
 //! - `[Lafortune97]` E. P. F. Lafortune, S.-C. Foo, K. E. Torrance, D. P. Greenberg: *Non-linear approximation of
 //!   reflectance functions*, SIGGRAPH 1997.
 //! - `[Laine11]` S. Laine, T. Karras: *Stratified sampling for stochastic transparency*, EGSR 2011.
+//! - `[Matousek98]` J. Matoušek: *On the L₂-discrepancy for anchored boxes*, Journal of Complexity 14(4), 1998.
 //! - `[Matusik03]` W. Matusik et al.: *A data-driven reflectance model*, SIGGRAPH 2003.
 //! - `[Mitchell88]` D. P. Mitchell, A. N. Netravali: *Reconstruction filters in computer graphics*, SIGGRAPH 1988.
 //! - `[Moeller97]` T. Möller, B. Trumbore: *Fast, minimum storage ray/triangle intersection*, JGT 2(1), 1997.

@@ -56,8 +56,8 @@ pub enum SamplerKind {
     MultiJittered,
     /// Halton's sequence under random digit scrambling, a scrambling for every pixel.
     Halton,
-    /// Sobol's (0,2)-sequence under Owen's scrambling at every address, a scrambling for every pixel. Light walks of the
-    /// whole image share one sequence.
+    /// Sobol's sequence under Owen's scrambling: eight dimensions for a path up to its first scattering, then a sequence for every
+    /// vertex; a scrambling for every pixel. Light walks of the whole image share one sequence.
     Sobol,
     /// The same with one sequence for the whole screen too, whose errors in neighbouring pixels cancel `[Ahmed20]`.
     Zsobol,
@@ -75,7 +75,7 @@ impl SamplerKind {
             Self::Stratified => "one sample in each cell of a grid, jittered",
             Self::MultiJittered => "correlated multi-jitter: stratified on the grid and in each coordinate",
             Self::Halton => "Halton's sequence with random digit scrambling",
-            Self::Sobol => "Owen-scrambled Sobol' pairs; one sequence for all light walks",
+            Self::Sobol => "Owen-scrambled Sobol' points; one sequence for all light walks",
             Self::Zsobol => "the same along Morton's curve over the screen: blue noise",
         }
     }
@@ -148,6 +148,9 @@ pub enum Purpose {
     ProbeChoice = 13,
 }
 
+/// Stands for the purpose in the addresses of sequences that several purposes share.
+const GROUP: u64 = 0xff;
+
 /// A source of uniform numbers in [0, 1), one address at a time.
 #[derive(Clone, Debug)]
 pub struct Sampler {
@@ -167,6 +170,10 @@ pub struct Sampler {
     sample_state: u64,
     subpath: Subpath,
     vertex: u32,
+    /// The vertices whose sequence of Sobol's `coordinates` and `scrambling` are of.
+    group: (Subpath, u32),
+    coordinates: [u32; sobol::DIMENSIONS],
+    scrambling: u64,
 }
 
 impl Sampler {
@@ -192,6 +199,9 @@ impl Sampler {
             sample_state: 0,
             subpath: Subpath::Camera,
             vertex: 0,
+            group: (Subpath::Camera, 0),
+            coordinates: [0; sobol::DIMENSIONS],
+            scrambling: 0,
         };
         sampler.start_sample(0, 0);
         sampler
@@ -208,7 +218,8 @@ impl Sampler {
         self.sequence_state = !pixel_key;
         self.pixel_state = mix2(pixel_key, u64::from(round));
         self.sample_state = mix2(self.pixel_state, u64::from(stratum));
-        self.start_vertex(Subpath::Camera, 0);
+        (self.subpath, self.vertex) = (Subpath::Camera, 0);
+        self.start_group();
     }
 
     /// Turns to a vertex of a subpath of the current sample.
@@ -216,6 +227,21 @@ impl Sampler {
     pub fn start_vertex(&mut self, subpath: Subpath, vertex: u32) {
         self.subpath = subpath;
         self.vertex = vertex;
+        if self.group != (subpath, sobol::group(vertex)) {
+            self.start_group();
+        }
+    }
+
+    /// Finds the point of Sobol's sequence that the current vertex takes its numbers from.
+    #[inline]
+    fn start_group(&mut self) {
+        if matches!(self.kind, SamplerKind::Sobol | SamplerKind::Zsobol) {
+            let group = sobol::group(self.vertex);
+            let (index, seed) = self.place(u64::from(group) << 16 | (self.subpath as u64) << 8 | GROUP);
+            self.group = (self.subpath, group);
+            self.coordinates = sobol::coordinates(index, seed);
+            self.scrambling = seed;
+        }
     }
 
     /// The number in [0, 1) for a purpose at the current vertex.
@@ -231,10 +257,16 @@ impl Sampler {
                 Some(dimension) => unit_f32(halton::coordinate(self.sample, dimension, self.sequence_state)),
                 None => stream(self.sample_state, address).next_f32(),
             },
-            SamplerKind::Sobol | SamplerKind::Zsobol => {
-                let (index, seed) = self.place(address);
-                unit_f32(sobol::point_1d(index, seed))
-            }
+            SamplerKind::Sobol | SamplerKind::Zsobol => match sobol::dimension(self.subpath, self.vertex, purpose) {
+                Some(dimension) => {
+                    let seed = mix2(self.scrambling, dimension as u64);
+                    unit_f32(sobol::scrambled(self.coordinates[dimension], (seed >> 32) as u32))
+                }
+                None => {
+                    let (index, seed) = self.place(address);
+                    unit_f32(sobol::point_1d(index, seed))
+                }
+            },
         }
     }
 
@@ -258,10 +290,17 @@ impl Sampler {
                 }
                 None => self.independent_2d(address),
             },
-            SamplerKind::Sobol | SamplerKind::Zsobol => {
-                let (index, seed) = self.place(address);
-                Vec2::from_array(sobol::point(index, seed).map(unit_f32))
-            }
+            SamplerKind::Sobol | SamplerKind::Zsobol => match sobol::dimension(self.subpath, self.vertex, purpose) {
+                Some(dimension) => {
+                    let seed = mix2(self.scrambling, dimension as u64);
+                    let x = sobol::scrambled(self.coordinates[dimension], (seed >> 32) as u32);
+                    vec2(unit_f32(x), unit_f32(sobol::scrambled(self.coordinates[dimension + 1], seed as u32)))
+                }
+                None => {
+                    let (index, seed) = self.place(address);
+                    Vec2::from_array(sobol::point(index, seed).map(unit_f32))
+                }
+            },
         }
     }
 

@@ -34,9 +34,13 @@ fn impossible_values_are_refused_with_the_mend() {
     refused(&["render", "furnace", "--spp", "10"], &["4 replicates", "8 or 12 samples"]);
     refused(&["render", "furnace", "--size", "0x8"], &["--size", "at least 1"]);
     refused(&["render", "furnace", "--size", "8"], &["--size", "256x256"]);
+    refused(&["render", "furnace", "--crop", "1,2,3"], &["--crop", "32,16,64,64"]);
+    refused(&["render", "furnace", "--crop", "0,0,0,3"], &["--crop", "at least 1"]);
+    refused(&["render", "furnace", "--size", "8x8", "--crop", "4,4,5,4"], &["crop", "8x8"]);
     refused(&["render", "furnace", "--threads", "0"], &["--threads"]);
     refused(&["render", "furnace", "--seconds", "0"], &["seconds"]);
     refused(&["render", "furnace", "--seconds", "nan"], &["seconds"]);
+    refused(&["render", "furnace", "--seconds", "1e300"], &["seconds", "ten years"]);
     refused(&["render", "furnace", "--seconds", "1", "--spp", "4"], &["--spp", "--seconds"]);
     refused(&["render", "furnace", "--orders", "2,9"], &["order 9", "--max-order"]);
     refused(&["render", "furnace", "--orders", "x"], &["`x`"]);
@@ -70,7 +74,11 @@ fn faulty_scene_files_are_named_with_the_line() {
 
 #[test]
 fn faulty_experiment_files_are_named_with_the_line() {
+    let second = format!("{EXPERIMENT}[[methods]]\nname = \"path\"\nlabel = \"a\"\n[[methods]]\nname = \"bpdt\"\n");
     let folder = folder_with(&[
+        ("second.toml", &second),
+        ("slope.toml", &EXPERIMENT.replace("[4, 4]", "[4, 0]")),
+        ("sampler.toml", &format!("sampler = [\"sobol\", \"sobel\"]\n{EXPERIMENT}")),
         ("key.toml", &EXPERIMENT.replace("spp", "spb")),
         ("broken.toml", "scenes = [\"furnace\"\nspp"),
         ("spp.toml", &EXPERIMENT.replace("spp = 8", "spp = 9")),
@@ -80,6 +88,9 @@ fn faulty_experiment_files_are_named_with_the_line() {
     ]);
     let refused = |file: &str, words: &[&str]| refused(folder.path(), &["run", file], words);
     refused("key.toml", &["key.toml:2", "did you mean `spp`"]);
+    refused("second.toml", &[&format!("second.toml:{}: ", second.lines().count()), "did you mean `bdpt`"]);
+    refused("slope.toml", &["slope.toml:11: "]);
+    refused("sampler.toml", &["sampler.toml:1: ", "did you mean `sobol`"]);
     refused("broken.toml", &["broken.toml:"]);
     refused("spp.toml", &["spp.toml:2", "8 or 12 samples"]);
     refused("method.toml", &["method.toml:", "did you mean `bdpt`"]);

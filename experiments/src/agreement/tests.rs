@@ -121,6 +121,8 @@ fn verdict(factor: f32, columns: u32) -> AgreementRow {
             scene: scene.name.clone(),
             method: name.to_owned(),
             label: name.to_owned(),
+            entry: String::new(),
+            sampler: SamplerKind::Independent,
             settings: method.settings(),
             setting: String::new(),
             measurement: render.finish(),

@@ -12,6 +12,8 @@
 //! | `order02_var` | variance of the mean in `order02`: the replicates' variance divided by their number |
 //! | `tail`, `tail_var` | all beyond the last order |
 //!
+//! The display window is the whole image, the data window the pixels that were asked for.
+//!
 //! Equal measurements give equal bytes, but for the value of `renderTimeSeconds`, which [`without_time`] blanks.
 
 mod reading;
@@ -19,8 +21,8 @@ mod reading;
 use super::{ExportError, write_atomically};
 use exr::meta::attribute::Chromaticities;
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
-    LineOrder, SmallVec, Text, Vec2, WritableImage,
+    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image, IntegerBounds, Layer,
+    LayerAttributes, LineOrder, SmallVec, Text, Vec2, WritableImage,
 };
 use integrators::Measurement;
 pub use reading::{ImageLayer, LayeredImage, read_layers};
@@ -44,6 +46,8 @@ pub struct ImageMeta {
     pub settings: serde_json::Value,
     /// The sampler's name.
     pub sampler: String,
+    /// The pixel filter's name.
+    pub filter: String,
     /// The seed.
     pub seed: u64,
 }
@@ -112,6 +116,8 @@ fn encode(measurement: &Measurement, meta: &ImageMeta, selection: LayerSelection
     let channels = AnyChannels::sort(SmallVec::from_vec(channels_of(measurement, selection)));
     let layer = Layer::new(size, layer_attributes(measurement, meta), encoding, channels);
     let mut image = Image::from_layer(layer);
+    let (width, height) = measurement.image_size;
+    image.attributes.display_window = IntegerBounds::from_dimensions((width as usize, height as usize));
     image.attributes.chromaticities = Some(Chromaticities {
         red: Vec2(0.64, 0.33),
         green: Vec2(0.30, 0.60),
@@ -177,6 +183,7 @@ fn layer_attributes(measurement: &Measurement, meta: &ImageMeta) -> LayerAttribu
         ("neumann:method", &meta.method),
         ("neumann:settings", &meta.settings.to_string()),
         ("neumann:sampler", &meta.sampler),
+        ("neumann:filter", &meta.filter),
         ("neumann:seed", &meta.seed.to_string()),
         ("neumann:samples", &measurement.samples().to_string()),
         ("neumann:replicates", &replicates),
@@ -184,7 +191,9 @@ fn layer_attributes(measurement: &Measurement, meta: &ImageMeta) -> LayerAttribu
     ] {
         add(name, AttributeValue::Text(text(value)));
     }
-    LayerAttributes { software_name: Some(text(&meta.software)), other, ..LayerAttributes::default() }
+    let (x, y) = measurement.origin;
+    let layer_position = Vec2(x as i32, y as i32);
+    LayerAttributes { software_name: Some(text(&meta.software)), layer_position, other, ..LayerAttributes::default() }
 }
 
 /// OpenEXR's strings are bytes; ours are UTF-8, as its specification recommends.
@@ -244,6 +253,7 @@ mod tests {
             method: "path".to_owned(),
             settings: serde_json::json!({"mis": "power"}),
             sampler: "independent".to_owned(),
+            filter: "box".to_owned(),
             seed: u64::MAX,
         }
     }
@@ -286,6 +296,8 @@ mod tests {
             ("neumann:scene", "<b>\"ünï\" \u{202e}"),
             ("neumann:scene_hash", "12ab"),
             ("neumann:settings", r#"{"mis":"power"}"#),
+            ("neumann:sampler", "independent"),
+            ("neumann:filter", "box"),
             ("neumann:seed", "18446744073709551615"),
             ("neumann:replicates", "3"),
         ];

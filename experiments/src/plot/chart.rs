@@ -72,7 +72,7 @@ const LEFT: f64 = 50.0;
 /// Width of a character of a label, on average, and distance between two labels [SVG units].
 const CHARACTER: f64 = 6.3;
 const LABEL_LINE: f64 = 14.0;
-const MAX_LABEL: usize = 24;
+const MAX_LABEL: usize = 28;
 
 impl Chart {
     /// The chart as a file of its own.

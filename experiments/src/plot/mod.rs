@@ -1,6 +1,7 @@
 //! Plots as SVG: variance, efficiency and convergence on logarithmic axes, with intervals and direct labels.
 //!
-//! [`scale`] places ticks, [`chart`] draws any chart, and this file says which charts an experiment has.
+//! [`scale`] places ticks, [`chart`] draws any chart, and this file says which charts an experiment has; [`points`] shows the points
+//! of samplers.
 //!
 //! The drawing is our own: these few kinds of chart need a `viewBox`, text in the page's own colour so that light and dark
 //! both work, series broken where a value can't stand on a logarithmic axis, and labels beside the lines. A plotting crate
@@ -8,11 +9,12 @@
 
 pub mod chart;
 pub mod pen;
+pub mod points;
 pub mod scale;
 
 use crate::export::notation::symbol;
 use crate::report::numbers::{Numbers, Row};
-use crate::result::{Checkpoint, MethodResult, SlopeRow};
+use crate::result::{Checkpoint, IntegralResult, MethodResult, SlopeRow};
 use chart::{Chart, Horizontal, Point, Series};
 use integrators::Layer;
 
@@ -70,7 +72,10 @@ pub fn convergence(scene: &str, methods: &[&MethodResult], slopes: &[SlopeRow], 
                 let fit =
                     slopes.iter().find(|s| s.scene == method.scene && s.label == method.label && s.order == column);
                 Series {
-                    label: fit.map_or_else(|| method.label.clone(), |fit| format!("{} {}", method.label, slope(fit))),
+                    label: fit.map_or_else(
+                        || method.label.clone(),
+                        |fit| format!("{} {}", method.label, slope(fit.slope, fit.ci)),
+                    ),
                     colour,
                     points: checkpoints(method, column)
                         .map(|c| Point { x: c.samples as f64, y: c.variance, interval: Some(c.ci) })
@@ -96,11 +101,44 @@ fn checkpoints(method: &MethodResult, column: Option<Layer>) -> impl Iterator<It
     method.convergence.iter().filter(move |c| c.order == column)
 }
 
+/// The charts of integrals of known value: one an integral, a line for each sampler.
+pub fn integrals(results: &[IntegralResult]) -> Vec<Figure> {
+    let mut names: Vec<&str> = results.iter().map(|r| r.integral.as_str()).collect();
+    let mut seen = std::collections::HashSet::new();
+    names.retain(|name| seen.insert(*name));
+    let chart = |name: &str| {
+        let of_integral = results.iter().filter(|r| r.integral == name);
+        let series = of_integral.enumerate().map(|(colour, result)| Series {
+            label: result.slope.map_or_else(
+                || result.sampler.to_string(),
+                |line| format!("{} {}", result.sampler, slope(line.slope, line.ci)),
+            ),
+            colour,
+            points: result
+                .points
+                .iter()
+                .map(|p| Point { x: f64::from(p.samples), y: p.variance, interval: Some(p.ci) })
+                .collect(),
+            fit: result.slope.map(|line| (line.slope, line.intercept)),
+        });
+        Figure {
+            file: format!("integral_{name}"),
+            chart: Chart {
+                title: name.replace('_', " "),
+                horizontal: Horizontal::Log("samples per pixel of a replicate".to_owned()),
+                vertical: "mean squared error, with 95 % interval and fitted slope".to_owned(),
+                series: series.collect(),
+            },
+        }
+    };
+    names.into_iter().map(chart).collect()
+}
+
 /// `−1.00 ± 0.03`, the half width being that of the interval.
-fn slope(row: &SlopeRow) -> String {
-    let half = (row.ci.1 - row.ci.0) / 2.0;
+fn slope(slope: f64, ci: (f64, f64)) -> String {
+    let half = (ci.1 - ci.0) / 2.0;
     let interval = if half.is_finite() { format!(" ± {half:.2}") } else { String::new() };
-    format!("{}{interval}", two_digits(row.slope))
+    format!("{}{interval}", two_digits(slope))
 }
 
 /// Two digits after the point, with a proper minus sign.

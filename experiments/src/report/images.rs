@@ -57,7 +57,8 @@ pub fn table(m: &mut Markup, methods: &[&MethodResult], columns: &[Option<Layer>
     });
 }
 
-fn image(m: &mut Markup, picture: Option<&Picture>, alternative: &str) {
+/// A picture within the page; a dash for none.
+pub fn image(m: &mut Markup, picture: Option<&Picture>, alternative: &str) {
     let Some((picture, bytes)) = picture.and_then(|p| Some((p, p.encode().ok()?))) else {
         m.text("—");
         return;

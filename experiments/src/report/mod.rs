@@ -1,13 +1,15 @@
 //! What people read of an experiment: one self-contained `report.html`, with the plots and picture sheets beside it.
 //!
 //! [`numbers`] takes the figures from the measurements, [`summary`] says them in sentences, [`tables`] and [`images`] show
-//! them, [`page`] puts the page together. The HTML is written in Rust, through [`crate::export::markup`]: what a template
+//! them, [`samplers`] and [`screens`] do the same for samplers, [`page`] puts the page together. The HTML is written in Rust, through [`crate::export::markup`]: what a template
 //! engine would add here is its syntax, its errors at run time and its time to build, while here a name can't become markup
 //! and a missing number doesn't compile.
 
 pub mod images;
 pub mod numbers;
 pub mod page;
+pub mod samplers;
+pub mod screens;
 pub mod summary;
 pub mod tables;
 
@@ -59,15 +61,22 @@ pub fn write(dir: &Path, result: &ExperimentResult) -> Result<(), ExportError> {
         let rows: Vec<_> = scene.methods.iter().map(|m| (m.label.as_str(), &m.measurement)).collect();
         png::write_comparison_sheet(&plots.join(format!("{}_orders.png", scene.name)), &rows, scene.name)?;
     }
-    write_atomically(&dir.join("report.html"), page::page(result, &scenes).as_bytes())
+    let integrals = samplers::Integrals::of(result);
+    if let Some(integrals) = &integrals {
+        integrals.write(&plots)?;
+    }
+    write_atomically(&dir.join("report.html"), page::page(result, &scenes, integrals.as_ref()).as_bytes())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::export::testing::measurement;
-    use crate::result::{AgreementRow, Checkpoint, Machine, Manifest, MethodRecord, SceneRecord, SlopeRow, Verdict};
+    use crate::result::{
+        AgreementRow, Checkpoint, Machine, Manifest, MethodRecord, RatioRow, SceneRecord, SlopeRow, Verdict,
+    };
     use integrators::Layer;
+    use sampling::sampler::SamplerKind;
 
     fn method(scene: &str, name: &str, label: &str, replicates: u32) -> MethodResult {
         let point = |samples: u32, variance| Checkpoint {
@@ -84,6 +93,8 @@ mod tests {
             scene: scene.to_owned(),
             method: name.to_owned(),
             label: label.to_owned(),
+            entry: label.to_owned(),
+            sampler: SamplerKind::Independent,
             settings: serde_json::json!({"note": scene}),
             setting: String::new(),
             measurement: measurement(name, replicates, false),
@@ -128,11 +139,16 @@ mod tests {
             name: name.to_owned(),
             source: name.to_owned(),
             hash: name.to_owned(),
+            filter: "box".to_owned(),
             skipped: vec![name.to_owned()],
             notes: vec![name.to_owned()],
         };
-        let record =
-            MethodRecord { label: name.to_owned(), method: name.to_owned(), settings: serde_json::json!(name) };
+        let record = MethodRecord {
+            label: name.to_owned(),
+            method: name.to_owned(),
+            settings: serde_json::json!(name),
+            sampler: SamplerKind::Sobol,
+        };
         let machine =
             Machine { platform: name.to_owned(), cpu: name.to_owned(), threads: 2, kernels: "portable".to_owned() };
         let manifest = Manifest {
@@ -149,7 +165,25 @@ mod tests {
             complete: false,
         };
         let name = name.to_owned();
-        ExperimentResult { name, experiment, methods, agreement: vec![agreement], slopes: vec![slope], manifest }
+        let ratio = RatioRow {
+            scene: name.clone(),
+            label: name.clone(),
+            baseline: "direct".to_owned(),
+            order: Some(Layer::Order(1)),
+            samples: 4,
+            ratio: 0.5,
+            ci: (f64::NAN, f64::INFINITY),
+        };
+        ExperimentResult {
+            name,
+            experiment,
+            methods,
+            agreement: vec![agreement],
+            slopes: vec![slope],
+            ratios: vec![ratio],
+            integrals: Vec::new(),
+            manifest,
+        }
     }
 
     #[test]
@@ -159,7 +193,7 @@ mod tests {
         let scenes = scenes(&result);
         let plots = scenes.iter().flat_map(|s| s.by_order.iter().chain(&s.convergence));
         let mut files: Vec<String> = plots.map(|figure| figure.chart.file()).collect();
-        files.push(page::page(&result, &scenes));
+        files.push(page::page(&result, &scenes, None));
         for file in files {
             assert!(!file.contains("<script") && !file.contains("<img src=x") && !file.contains('\0'));
         }
@@ -185,7 +219,7 @@ mod tests {
         let result = result("room", 1);
         let scenes = scenes(&result);
         assert!(scenes[0].numbers.rows.iter().flatten().flatten().all(|row| row.efficiency.is_none()));
-        assert!(page::page(&result, &scenes).contains("</html>"));
+        assert!(page::page(&result, &scenes, None).contains("</html>"));
     }
 
     #[test]

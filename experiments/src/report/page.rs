@@ -1,17 +1,21 @@
 //! The page: summary first, then every scene, then what it takes to repeat the experiment.
 
+use super::samplers::{self, Integrals};
 use super::summary::{self, Sentence, Tone};
-use super::{SceneReport, images, tables};
+use super::{SceneReport, images, screens, tables};
 use crate::export::markup::Markup;
 use crate::export::notation::brief;
-use crate::plot::Figure;
-use crate::result::{AgreementRow, ExperimentResult, MethodResult, SlopeRow};
+use crate::plot::{Figure, points};
+use crate::result::{AgreementRow, ExperimentResult, MethodResult, RatioRow, SlopeRow};
 
 /// Nothing may be loaded, and no script may run: the page is whole as it is.
 const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
 
+/// The section on samplers without a scene.
+const INTEGRALS: &str = "Integrals of known value";
+
 /// The whole file.
-pub fn page(result: &ExperimentResult, scenes: &[SceneReport]) -> String {
+pub fn page(result: &ExperimentResult, scenes: &[SceneReport], integrals: Option<&Integrals>) -> String {
     let title = if result.experiment.title.is_empty() { &result.name } else { &result.experiment.title };
     let shrink = images::shrink(result);
     let mut m = Markup::default();
@@ -26,8 +30,11 @@ pub fn page(result: &ExperimentResult, scenes: &[SceneReport]) -> String {
             m.element("style", &[], |m| m.verbatim(include_str!("style.css")));
         });
         m.element("body", &[], |m| {
-            head(m, result, title, scenes);
+            head(m, result, title, scenes, integrals.is_some());
             m.element("main", &[], |m| {
+                if let Some(integrals) = integrals {
+                    integrals_section(m, integrals);
+                }
                 for (i, scene) in scenes.iter().enumerate() {
                     scene_section(m, result, scene, i, shrink);
                 }
@@ -40,7 +47,7 @@ pub fn page(result: &ExperimentResult, scenes: &[SceneReport]) -> String {
     m.as_str().to_owned()
 }
 
-fn head(m: &mut Markup, result: &ExperimentResult, title: &str, scenes: &[SceneReport]) {
+fn head(m: &mut Markup, result: &ExperimentResult, title: &str, scenes: &[SceneReport], has_integrals: bool) {
     m.element("header", &[], |m| {
         m.line("h1", &[], title);
         if !result.experiment.description.is_empty() {
@@ -54,6 +61,9 @@ fn head(m: &mut Markup, result: &ExperimentResult, title: &str, scenes: &[SceneR
         }
         m.element("nav", &[("aria-label", &"Contents")], |m| {
             m.element("ul", &[], |m| {
+                if has_integrals {
+                    m.element("li", &[], |m| m.line("a", &[("href", &"#integrals")], INTEGRALS));
+                }
                 for (i, scene) in scenes.iter().enumerate() {
                     m.element("li", &[], |m| m.line("a", &[("href", &format!("#scene-{i}"))], scene.name));
                 }
@@ -86,6 +96,21 @@ fn facts(result: &ExperimentResult) -> String {
     facts.join(" · ")
 }
 
+/// What the samplers are by themselves, without a scene.
+fn integrals_section(m: &mut Markup, integrals: &Integrals) {
+    m.element("section", &[("id", &"integrals")], |m| {
+        m.line("h2", &[], INTEGRALS);
+        sentences(m, &integrals.sentences());
+        m.line("h3", &[], "Point sets");
+        wide(m, "Point sets", |m| m.append(&points::svg(&integrals.samplers, None)));
+        m.line("h3", &[], "Errors over the screen");
+        wide(m, "Errors over the screen", |m| screens::table(m, &integrals.screens));
+        m.line("h3", &[], "Error against samples");
+        figures(m, "figures", &integrals.charts);
+        integrals.tables(m);
+    });
+}
+
 fn scene_section(m: &mut Markup, result: &ExperimentResult, scene: &SceneReport, index: usize, shrink: usize) {
     let agreement: Vec<&AgreementRow> = result.agreement.iter().filter(|r| r.scene == scene.name).collect();
     let slopes: Vec<&SlopeRow> = result.slopes.iter().filter(|r| r.scene == scene.name).collect();
@@ -95,13 +120,7 @@ fn scene_section(m: &mut Markup, result: &ExperimentResult, scene: &SceneReport,
         sentences(m, &summary::of_scene(result, &scene.methods, &scene.numbers));
 
         m.line("h3", &[], "Pictures");
-        m.element(
-            "div",
-            &[("class", &"scroll"), ("role", &"region"), ("tabindex", &0), ("aria-label", &"Pictures")],
-            |m| {
-                images::table(m, &scene.methods, columns, shrink);
-            },
-        );
+        wide(m, "Pictures", |m| images::table(m, &scene.methods, columns, shrink));
         if shrink > 1 {
             let text = format!(
                 "Shown at 1/{shrink} of their size; plots/ has them whole, and the EXR files hold all their values."
@@ -123,6 +142,8 @@ fn scene_section(m: &mut Markup, result: &ExperimentResult, scene: &SceneReport,
         if !scene.convergence.is_empty() {
             m.line("h3", &[], "Convergence");
             figures(m, "figures", &scene.convergence);
+            let ratios: Vec<&RatioRow> = result.ratios.iter().filter(|r| r.scene == scene.name).collect();
+            samplers::ratios(m, &ratios, &scene.methods, columns);
             folded(m, "Fitted slopes with their intervals", |m| tables::slopes(m, &slopes, &scene.methods, columns));
         }
         if !agreement.is_empty() {
@@ -132,6 +153,11 @@ fn scene_section(m: &mut Markup, result: &ExperimentResult, scene: &SceneReport,
         }
         scene_facts(m, result, scene);
     });
+}
+
+/// What scrolls by itself where the page is narrow.
+fn wide(m: &mut Markup, label: &str, content: impl FnOnce(&mut Markup)) {
+    m.element("div", &[("class", &"scroll"), ("role", &"region"), ("tabindex", &0), ("aria-label", &label)], content);
 }
 
 fn sentences(m: &mut Markup, sentences: &[Sentence]) {
@@ -178,6 +204,7 @@ fn scene_facts(m: &mut Markup, result: &ExperimentResult, scene: &SceneReport) {
         if let Some(record) = result.manifest.scenes.iter().find(|s| s.name == scene.name) {
             fact("loaded from", record.source.clone());
             fact("content hash", record.hash.clone());
+            fact("pixel filter", record.filter.clone());
             fact("left out, not being needed", or_nothing(&record.skipped));
             fact("approximated when it was loaded", or_nothing(&record.notes));
         }
@@ -218,7 +245,7 @@ fn repeat(m: &mut Markup, result: &ExperimentResult) {
             m.line("caption", &[], "Methods with all of their settings");
             m.element("thead", &[], |m| {
                 m.element("tr", &[], |m| {
-                    for name in ["label", "method", "settings"] {
+                    for name in ["label", "method", "sampler", "settings"] {
                         m.line("th", &[("scope", &"col")], name);
                     }
                 });
@@ -228,6 +255,7 @@ fn repeat(m: &mut Markup, result: &ExperimentResult) {
                     m.element("tr", &[], |m| {
                         m.element("th", &[("scope", &"row")], |m| m.line("bdi", &[], &method.label));
                         m.line("td", &[], &method.method);
+                        m.line("td", &[], method.sampler);
                         m.element("td", &[], |m| m.line("code", &[], &method.settings));
                     });
                 }

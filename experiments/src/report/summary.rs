@@ -4,7 +4,7 @@
 use super::numbers::{Numbers, factor, percent};
 use crate::export::notation::{brief, enumerated, listed, symbol};
 use crate::plot::two_digits;
-use crate::result::{AgreementRow, ExperimentResult, MethodResult, SlopeRow, Verdict};
+use crate::result::{AgreementRow, ExperimentResult, MethodResult, RatioRow, SlopeRow, Verdict};
 use integrators::Layer;
 
 /// Efficiencies closer than this factor are not ranked.
@@ -30,11 +30,11 @@ pub struct Sentence {
     pub tone: Tone,
 }
 
-fn plain(text: String) -> Sentence {
+pub(super) fn plain(text: String) -> Sentence {
     Sentence { text, tone: Tone::Plain }
 }
 
-fn warning(text: String) -> Sentence {
+pub(super) fn warning(text: String) -> Sentence {
     Sentence { text, tone: Tone::Warning }
 }
 
@@ -46,6 +46,8 @@ pub fn of_scene(result: &ExperimentResult, methods: &[&MethodResult], numbers: &
     let mut sentences = invalid(methods);
     sentences.extend(efficiency(methods, numbers).into_iter().map(plain));
     sentences.extend(agreement(&rows));
+    let ratios: Vec<&RatioRow> = result.ratios.iter().filter(|r| r.scene == scene).collect();
+    sentences.extend(samplers(&ratios).into_iter().map(plain));
     sentences.extend(convergence(&slopes).map(plain));
     sentences.extend(missing(methods).into_iter().map(plain));
     sentences
@@ -193,6 +195,29 @@ fn convergence(slopes: &[&SlopeRow]) -> Option<String> {
     Some(format!(
         "Variance falls with samples by {range} (log–log); {held} of {number} intervals (95 %) hold the −1 of independent samples."
     ))
+}
+
+/// One sentence for every method with every sampler but the first.
+fn samplers(rows: &[&RatioRow]) -> Vec<String> {
+    let mut labels: Vec<&str> = rows.iter().map(|r| r.label.as_str()).collect();
+    labels.dedup();
+    let sentence = |label: &str| {
+        let mine: Vec<&&RatioRow> = rows.iter().filter(|r| r.label == label).collect();
+        let orders = |which: &dyn Fn(&RatioRow) -> bool| {
+            let named = |r: &&&RatioRow| format!("{} ({})", symbol(r.order), two_digits(r.ratio));
+            let chosen: Vec<String> = mine.iter().filter(|r| which(r)).map(named).collect();
+            if chosen.is_empty() { "nowhere".to_owned() } else { format!("at {}", enumerated(chosen)) }
+        };
+        format!(
+            "With {} samples per pixel, {} has a lower root mean squared error than {} {}, and a higher one {}.",
+            mine[0].samples,
+            brief(label),
+            brief(&mine[0].baseline),
+            orders(&|r| r.ci.1 < 1.0),
+            orders(&|r| r.ci.0 > 1.0)
+        )
+    };
+    labels.into_iter().map(sentence).collect()
 }
 
 fn missing(methods: &[&MethodResult]) -> Vec<String> {

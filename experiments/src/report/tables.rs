@@ -167,7 +167,7 @@ pub fn agreement_in_full(m: &mut Markup, rows: &[&AgreementRow]) {
     });
 }
 
-fn number_cell(m: &mut Markup, value: f64, written: String) {
+pub(super) fn number_cell(m: &mut Markup, value: f64, written: String) {
     m.element("td", &[("class", &"number")], |m| match value.is_finite() {
         true => m.line("data", &[("value", &value)], written),
         false => m.text("—"),
@@ -203,11 +203,11 @@ pub fn slopes(m: &mut Markup, rows: &[&SlopeRow], methods: &[&MethodResult], col
     });
 }
 
-fn order_head(m: &mut Markup, layer: Option<Layer>) {
+pub(super) fn order_head(m: &mut Markup, layer: Option<Layer>) {
     m.element("th", &[("scope", &"row")], |m| m.line("span", &[("title", &words(layer))], symbol(layer)));
 }
 
-fn head(m: &mut Markup, first: &str, class: &str, others: impl Iterator<Item = impl std::fmt::Display>) {
+pub(super) fn head(m: &mut Markup, first: &str, class: &str, others: impl Iterator<Item = impl std::fmt::Display>) {
     m.element("thead", &[], |m| {
         m.element("tr", &[], |m| {
             m.line("th", &[("scope", &"col")], first);

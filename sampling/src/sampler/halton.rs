@@ -1,6 +1,5 @@
 //! Halton's sequence under random digit scrambling.
 
-use super::strata::permute;
 use super::{Purpose, Subpath};
 use crate::rng::mix2;
 
@@ -58,6 +57,9 @@ pub fn dimension(subpath: Subpath, vertex: u32, purpose: Purpose) -> Option<usiz
 
 /// The radical inverse of `index` in the base of a dimension, every digit under a random permutation of its own, as a fraction of
 /// 2³². `seed` chooses the permutations. The zeros beyond the last digit are permuted as well, down to the rounding of `f32`.
+///
+/// Permutations are affine, d ↦ a·d + c modulo the base, a ≠ 0 `[Matousek98]`: the base being prime, two digits go to any two that
+/// differ with the same probability, so that variances are those of permutations chosen from all.
 #[inline]
 pub fn coordinate(index: u32, dimension: usize, seed: u64) -> u32 {
     let base = u32::from(PRIMES[dimension]);
@@ -65,7 +67,9 @@ pub fn coordinate(index: u32, dimension: usize, seed: u64) -> u32 {
     let (mut value, mut scale) = (0_u64, 1_u64);
     let mut place = 0;
     while scale < 1 << 26 {
-        let digit = permute(rest % base, base, (mix2(seed, (dimension as u64) << 8 | place) >> 32) as u32);
+        let hash = mix2(seed, (dimension as u64) << 8 | place);
+        let (a, c) = (1 + below(base - 1, hash as u32), below(base, (hash >> 32) as u32));
+        let digit = (a * (rest % base) + c) % base;
         value = value * u64::from(base) + u64::from(digit);
         scale *= u64::from(base);
         rest /= base;
@@ -73,6 +77,12 @@ pub fn coordinate(index: u32, dimension: usize, seed: u64) -> u32 {
     }
     // Both are below 2³⁸, which f64 holds exactly.
     (value as f64 / scale as f64 * (1_u64 << 32) as f64) as u32
+}
+
+/// A number below `n` from random bits.
+#[inline]
+fn below(n: u32, bits: u32) -> u32 {
+    ((u64::from(bits) * u64::from(n)) >> 32) as u32
 }
 
 #[cfg(test)]

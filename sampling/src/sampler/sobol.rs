@@ -1,8 +1,12 @@
-//! Sobol's (0,2)-sequence under Owen's scrambling, both by a handful of integer operations.
+//! Sobol's sequence under Owen's scrambling, in eight dimensions, and its first two by a handful of integer operations.
 //!
-//! Higher dimensions are padded `[Burley20]`: every address has this same sequence, in an order and under a scrambling of its own.
-//! Scrambled, a point is uniform in the square, so estimates are unbiased; every aligned block of 2ᵏ points has one in each
-//! elementary interval of volume 2⁻ᵏ.
+//! What a path's first scattering depends on, from the place on the film on, are the eight dimensions of one sequence, so that samples
+//! are spread over all of it: a highlight that one of many emitters makes in a part of a pixel needs place and choice together.
+//! Every further vertex has a sequence of its own, and purposes that no dimension is left for a sequence each: such padding
+//! `[Burley20]` gives it an order and a scrambling of its own. Scrambled, a point is uniform in the cube, so estimates are
+//! unbiased; every aligned block of 2ᵏ points has one in each elementary interval of volume 2⁻ᵏ of the first two dimensions.
+
+use super::{Purpose, Subpath};
 
 /// The point numbered `index`, in an order and under a scrambling that `seed` chooses; fractions of 2³².
 #[inline]
@@ -17,6 +21,119 @@ pub fn point(index: u32, seed: u64) -> [u32; 2] {
 #[inline]
 pub fn point_1d(index: u32, seed: u64) -> u32 {
     scramble(shuffled(index, seed as u32), (seed >> 32) as u32).reverse_bits()
+}
+
+/// The dimensions of [`coordinates`].
+pub const DIMENSIONS: usize = 8;
+
+/// The vertices that share a sequence: a walk's start and its first scattering, then every vertex by itself.
+#[inline]
+pub fn group(vertex: u32) -> u32 {
+    vertex.max(1)
+}
+
+/// The first of an address's dimensions in the sequence of its group; `None` where it has a sequence of its own.
+#[inline]
+pub fn dimension(subpath: Subpath, vertex: u32, purpose: Purpose) -> Option<usize> {
+    use {Purpose::*, Subpath::*};
+    match (vertex, subpath, purpose) {
+        (0, Camera, Film) | (0, Light, EmitterPosition) => Some(0),
+        (0, Light, EmitterChoice) => Some(2),
+        (0, Light, EmitterDirection) => Some(3),
+        (0, ..) => None,
+        (1, Camera, NextEmitter) => Some(2),
+        (1, Camera, NextPosition) => Some(3),
+        (1, _, Direction) => Some(5),
+        (1, _, Lobe) => Some(7),
+        (1, ..) => None,
+        (_, _, Direction) => Some(0),
+        (_, _, NextEmitter) => Some(2),
+        (_, _, NextPosition) => Some(3),
+        (_, _, Lobe) => Some(5),
+        (_, _, Roulette) => Some(6),
+        _ => None,
+    }
+}
+
+/// The point numbered `index`, in an order that `seed` chooses, before scrambling; bits in reverse, as [`scrambled`] takes them.
+#[inline]
+pub fn coordinates(index: u32, seed: u64) -> [u32; DIMENSIONS] {
+    let index = shuffled(index, seed as u32);
+    let mut point = [0; DIMENSIONS];
+    for (digit, rows) in TABLE.iter().enumerate() {
+        let row = &rows[(index >> (4 * digit) & 15) as usize];
+        point.iter_mut().zip(row).for_each(|(x, bits)| *x ^= bits);
+    }
+    point
+}
+
+/// A coordinate under the scrambling that `seed` chooses, as a fraction of 2³².
+#[inline]
+pub fn scrambled(coordinate: u32, seed: u32) -> u32 {
+    scramble(coordinate, seed).reverse_bits()
+}
+
+/// Primitive polynomials and first direction numbers of dimensions 2 to 8 `[Joe08]`: the degree; the inner coefficients, the highest
+/// first; the numbers.
+const POLYNOMIALS: [(usize, u32, [u32; 5]); DIMENSIONS - 1] = [
+    (1, 0, [1, 0, 0, 0, 0]),
+    (2, 1, [1, 3, 0, 0, 0]),
+    (3, 1, [1, 3, 1, 0, 0]),
+    (3, 2, [1, 1, 1, 0, 0]),
+    (4, 1, [1, 1, 3, 3, 0]),
+    (4, 4, [1, 3, 5, 13, 0]),
+    (5, 2, [1, 1, 5, 5, 17]),
+];
+
+/// The share of every value of every four bits of an index in all coordinates, bits in reverse.
+static TABLE: [[[u32; DIMENSIONS]; 16]; 8] = table();
+
+const fn table() -> [[[u32; DIMENSIONS]; 16]; 8] {
+    let mut table = [[[0; DIMENSIONS]; 16]; 8];
+    let mut dimension = 0;
+    while dimension < DIMENSIONS {
+        let directions = directions(dimension);
+        let mut value = 0;
+        while value < 8 * 16 {
+            let (digit, bits) = (value / 16, value % 16);
+            let mut bit = 0;
+            while bit < 4 {
+                if bits >> bit & 1 == 1 {
+                    table[digit][bits][dimension] ^= directions[4 * digit + bit].reverse_bits();
+                }
+                bit += 1;
+            }
+            value += 1;
+        }
+        dimension += 1;
+    }
+    table
+}
+
+/// The direction numbers of a dimension, as fractions of 2³² `[Joe08, (1) and (2)]`.
+const fn directions(dimension: usize) -> [u32; 32] {
+    let mut v = [0_u32; 32];
+    let mut bit = 0;
+    while bit < 32 {
+        v[bit] = 1 << (31 - bit);
+        if dimension > 0 {
+            let (degree, inner, first) = POLYNOMIALS[dimension - 1];
+            if bit < degree {
+                v[bit] = first[bit] << (31 - bit);
+            } else {
+                v[bit] = v[bit - degree] ^ v[bit - degree] >> degree;
+                let mut back = 1;
+                while back < degree {
+                    if inner >> (degree - 1 - back) & 1 == 1 {
+                        v[bit] ^= v[bit - back];
+                    }
+                    back += 1;
+                }
+            }
+        }
+        bit += 1;
+    }
+    v
 }
 
 /// The place of a sample in a nested uniform shuffle, which maps aligned blocks of 2ᵏ to such blocks.
@@ -117,7 +234,7 @@ fn spread(x: u32) -> u64 {
 mod tests {
     use super::*;
 
-    /// By direction numbers, as defined: those of dimension 2 have the primitive polynomial x + 1.
+    /// The second coordinate by direction numbers, as defined, those of dimension 2 having the primitive polynomial x + 1.
     fn by_definition(index: u32) -> [u32; 2] {
         let mut direction = 1_u32 << 31;
         let mut point = [0; 2];
@@ -131,10 +248,81 @@ mod tests {
         point
     }
 
+    /// A point before shuffling and scrambling.
+    fn plain(index: u32) -> [u32; DIMENSIONS] {
+        let all = (0..8).map(|digit| TABLE[digit][(index >> (4 * digit) & 15) as usize]);
+        all.fold([0; DIMENSIONS], |sum, row| std::array::from_fn(|d| sum[d] ^ row[d])).map(u32::reverse_bits)
+    }
+
     #[test]
     fn the_sequence_is_sobols() {
         for index in (0..5000).chain([u32::MAX, 0x8000_0001, 0xdead_beef]) {
-            assert_eq!([index.reverse_bits(), pascal(index).reverse_bits()], by_definition(index), "{index}");
+            let expected = by_definition(index);
+            assert_eq!([index.reverse_bits(), pascal(index).reverse_bits()], expected, "{index}");
+            assert_eq!(plain(index)[..2], expected, "{index}");
+        }
+        // The points numbered 1 to 4, in eighths, from the recurrence by hand.
+        let eighths = |index| plain(index).map(|x| x >> 29);
+        assert_eq!(eighths(1), [4; 8]);
+        assert_eq!(eighths(2), [2, 6, 6, 6, 2, 2, 6, 2]);
+        assert_eq!(eighths(3), [6, 2, 2, 2, 6, 6, 2, 6]);
+        assert_eq!(eighths(4), [1, 5, 3, 1, 1, 3, 5, 5]);
+    }
+
+    /// Every dimension is spread evenly, and so are any two and, where a place on the film meets what happens there, any five: a block
+    /// of 2ᵏ points has 2ᵗ in each interval of volume 2ᵗ⁻ᵏ, with a small t that is part of the choice of polynomials.
+    #[test]
+    fn projections_are_nets() {
+        let is_net = |dimensions: &[usize], k: u32, t: u32| {
+            let points: Vec<[u32; DIMENSIONS]> = (0..1 << k).map(plain).collect();
+            splits(k - t, dimensions.len()).iter().all(|split| {
+                let cell = |point: &[u32; DIMENSIONS]| {
+                    let digits =
+                        dimensions.iter().zip(split).map(|(&d, &bits)| (u64::from(point[d]) >> (32 - bits), bits));
+                    digits.fold(0, |cell, (digit, bits)| cell << bits | digit as usize)
+                };
+                let mut counts = vec![0; 1 << (k - t)];
+                points.iter().for_each(|point| counts[cell(point)] += 1);
+                counts.iter().all(|&count| count == 1 << t)
+            })
+        };
+        for k in [4, 6, 8] {
+            (0..DIMENSIONS).for_each(|d| assert!(is_net(&[d], k, 0), "{d}"));
+            let expected: [(&[usize], u32); 6] =
+                [(&[0, 1], 0), (&[3, 4], 2), (&[5, 6], 2), (&[0, 1, 2], 1), (&[0, 1, 2, 3, 4], 3), (&[0, 1, 5, 6], 3)];
+            for (dimensions, t) in expected {
+                assert!(is_net(dimensions, k, t), "{dimensions:?} at {k}");
+            }
+        }
+    }
+
+    /// All ways to share so many bits among so many dimensions.
+    fn splits(bits: u32, dimensions: usize) -> Vec<Vec<u32>> {
+        if dimensions == 1 {
+            return vec![vec![bits]];
+        }
+        let first = |n: u32| splits(bits - n, dimensions - 1).into_iter().map(move |rest| [vec![n], rest].concat());
+        (0..=bits).flat_map(first).collect()
+    }
+
+    #[test]
+    fn no_two_addresses_of_a_group_share_a_dimension() {
+        use Purpose::*;
+        let ones = [EmitterChoice, Lobe, Roulette, NextEmitter];
+        let twos = [Film, Lens, EmitterPosition, EmitterDirection, Direction, NextPosition, NextCamera];
+        for (subpath, vertices) in
+            [Subpath::Camera, Subpath::Light].into_iter().flat_map(|s| [0..2, 2..3, 3..4].map(|v| (s, v)))
+        {
+            let mut seen = [false; DIMENSIONS];
+            for (vertex, (purpose, count)) in vertices.flat_map(|v| {
+                let purposes = ones.map(|p| (p, 1)).into_iter().chain(twos.map(|p| (p, 2)));
+                purposes.map(move |p| (v, p))
+            }) {
+                assert_eq!(group(vertex), vertex.max(1));
+                let Some(first) = dimension(subpath, vertex, purpose) else { continue };
+                let taken = seen[first..first + count].iter_mut().any(|seen| std::mem::replace(seen, true));
+                assert!(!taken, "{subpath:?}, vertex {vertex}, {purpose:?}");
+            }
         }
     }
 

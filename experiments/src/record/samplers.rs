@@ -1,0 +1,83 @@
+//! The records of samplers: against one another, and on integrals of known value.
+
+use super::{Record, Table, order_name};
+use crate::ratio;
+use crate::result::{ExperimentResult, IntegralResult, MethodResult};
+
+impl Table {
+    /// A method with a sampler against the same method with the first one.
+    pub(super) fn add_ratios(&mut self, blank: &Record, method: &MethodResult, result: &ExperimentResult) {
+        let mine = |row: &&crate::result::RatioRow| row.scene == method.scene && row.label == method.label;
+        for row in result.ratios.iter().filter(mine) {
+            let Some(point) = method.convergence.iter().find(|p| p.samples == row.samples && p.order == row.order)
+            else {
+                continue;
+            };
+            self.add(Record {
+                order: order_name(row.order),
+                spp: u64::from(point.samples) * u64::from(point.replicates),
+                replicates: point.replicates,
+                seconds: point.seconds * f64::from(point.replicates),
+                quantity: "rmse_ratio",
+                value: row.ratio,
+                ci_low: Some(row.ci.0),
+                ci_high: Some(row.ci.1),
+                ..blank.clone()
+            });
+        }
+    }
+
+    /// Every integral by every sampler.
+    pub(super) fn add_integrals(&mut self, result: &ExperimentResult) {
+        for integral in &result.integrals {
+            let sampler = integral.sampler.to_string();
+            let blank = Record {
+                experiment: &result.name,
+                scene: &integral.integral,
+                method: "",
+                setting: "",
+                sampler: &sampler,
+                order: String::new(),
+                spp: 0,
+                replicates: 0,
+                seconds: 0.0,
+                quantity: "",
+                channel: "all",
+                value: 0.0,
+                ci_low: None,
+                ci_high: None,
+            };
+            self.add(Record { quantity: "exact", value: integral.exact, ..blank.clone() });
+            self.add_integral(&blank, integral);
+            let (first, last) =
+                (result.integrals.iter().find(|i| i.integral == integral.integral), integral.points.last());
+            let ratio = first.filter(|first| first.sampler != integral.sampler);
+            if let (Some((value, ci)), Some(last)) = (ratio.and_then(|first| ratio::of_integral(integral, first)), last)
+            {
+                let (spp, replicates) = (u64::from(last.samples) * u64::from(last.replicates), last.replicates);
+                let (ci_low, ci_high) = (Some(ci.0), Some(ci.1));
+                self.add(Record { quantity: "rmse_ratio", value, ci_low, ci_high, spp, replicates, ..blank });
+            }
+        }
+    }
+
+    fn add_integral(&mut self, blank: &Record, integral: &IntegralResult) {
+        let (mut all_spp, mut all_replicates, mut all_seconds) = (0, 0, 0.0);
+        for (point, &p) in integral.points.iter().zip(&integral.p) {
+            let spp = u64::from(point.samples) * u64::from(point.replicates);
+            let seconds = point.seconds * f64::from(point.replicates);
+            let row = Record { spp, replicates: point.replicates, seconds, ..blank.clone() };
+            let (ci_low, ci_high) = (Some(point.ci.0), Some(point.ci.1));
+            self.add(Record { quantity: "mean", value: point.mean, ..row.clone() });
+            self.add(Record { quantity: "mse", value: point.variance, ci_low, ci_high, ..row.clone() });
+            self.add(Record { quantity: "integral_p", value: p, ..row });
+            (all_spp, all_replicates, all_seconds) =
+                (all_spp + spp, all_replicates + point.replicates, all_seconds + seconds);
+        }
+        if let Some(line) = integral.slope {
+            let (ci_low, ci_high) = (Some(line.ci.0), Some(line.ci.1));
+            let row = Record { spp: all_spp, replicates: all_replicates, seconds: all_seconds, ..blank.clone() };
+            self.add(Record { quantity: "slope", value: line.slope, ci_low, ci_high, ..row });
+        }
+    }
+}

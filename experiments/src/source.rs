@@ -1,0 +1,164 @@
+//! Where experiments come from: the library, or a file; and the place in it that is to blame for a fault.
+
+use crate::config::Experiment;
+use crate::error::{Error, nearest, unknown};
+use std::path::{Path, PathBuf};
+use toml::de::{DeTable, DeValue};
+
+/// The experiments embedded in the program: names and files.
+pub const LIBRARY: [(&str, &str); 5] = [
+    ("comparison", include_str!("../library/comparison.toml")),
+    ("convergence", include_str!("../library/convergence.toml")),
+    ("furnace", include_str!("../library/furnace.toml")),
+    ("samplers", include_str!("../library/samplers.toml")),
+    ("sobol", include_str!("../library/sobol.toml")),
+];
+
+/// An experiment's file, as found.
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// The experiment's name: the built-in's, or the file's without its ending.
+    pub name: String,
+    /// The file; `None` for a built-in.
+    pub path: Option<PathBuf>,
+    text: String,
+}
+
+impl Source {
+    /// A built-in experiment's name, or a path (anything with a `/` or ending in `.toml`).
+    ///
+    /// # Errors
+    /// If there is no such experiment or file.
+    pub fn open(name_or_path: &str) -> Result<Self, Error> {
+        if let Some((name, text)) = LIBRARY.iter().find(|(name, _)| *name == name_or_path) {
+            return Ok(Self { name: (*name).to_owned(), path: None, text: (*text).to_owned() });
+        }
+        let path = Path::new(name_or_path);
+        if path.extension().is_none_or(|e| e != "toml") && !name_or_path.contains('/') {
+            let names: Vec<&str> = LIBRARY.iter().map(|(name, _)| *name).collect();
+            return Err(Error::usage(format!("{}; or give a .toml file", unknown("experiment", name_or_path, &names))));
+        }
+        let mend = "give an experiment's file, or one of the names that `neumann list experiments` shows";
+        let failed = |source| Error::Io { action: "read", path: path.to_owned(), source, mend };
+        let text = std::fs::read_to_string(path).map_err(failed)?;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Self { name, path: Some(path.to_owned()), text })
+    }
+
+    /// Reads the file; what it asks for is not checked yet, see [`Experiment::check`].
+    ///
+    /// # Errors
+    /// If it is no TOML or no experiment, with the line and, for unknown keys, the nearest valid one.
+    pub fn parse(&self) -> Result<Experiment, Error> {
+        toml::from_str(&self.text).map_err(|e| {
+            let line = e.span().map(|span| self.line_at(span.start));
+            self.fault(line, with_nearest(e.message()))
+        })
+    }
+
+    /// Blames a key of the file, such as `size`, `convergence.size` or `methods.1.name` (the second method's).
+    pub fn blame(&self, key: &str, message: String) -> Error {
+        self.fault(self.line_of(key), message)
+    }
+
+    /// The line of a key, or of the innermost part of it that the file has.
+    fn line_of(&self, key: &str) -> Option<usize> {
+        let root = DeValue::Table(DeTable::parse(&self.text).ok()?.into_inner());
+        let (mut value, mut line) = (&root, None);
+        for part in key.split('.') {
+            let found = match part.parse::<usize>() {
+                Ok(index) => value.get(index),
+                Err(_) => value.get(part),
+            };
+            let Some(found) = found else { break };
+            line = Some(self.line_at(found.span().start));
+            value = found.get_ref();
+        }
+        line
+    }
+
+    /// The line, from 1, of a place in the text.
+    fn line_at(&self, place: usize) -> usize {
+        1 + self.text[..place.min(self.text.len())].matches('\n').count()
+    }
+
+    fn fault(&self, line: Option<usize>, message: String) -> Error {
+        let file = self.path.clone().unwrap_or_else(|| PathBuf::from(format!("experiment {}", self.name)));
+        Error::File { file, line, message }
+    }
+
+    /// A scene of the experiment as [`scenes::load()`] takes it: paths are relative to the experiment's file.
+    pub fn scene(&self, name_or_path: &str) -> String {
+        let is_path = name_or_path.contains('/') || Path::new(name_or_path).extension().is_some();
+        match self.path.as_deref().and_then(Path::parent) {
+            Some(folder) if is_path => folder.join(name_or_path).to_string_lossy().into_owned(),
+            _ => name_or_path.to_owned(),
+        }
+    }
+}
+
+/// Adds the nearest valid name to serde's message about an unknown one: "unknown field `spb`, expected one of `spp`, …".
+pub fn with_nearest(message: &str) -> String {
+    let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+    match quoted.split_first() {
+        Some((given, valid)) if message.starts_with("unknown ") && !valid.is_empty() => {
+            format!("{message}; did you mean `{}`?", nearest(given, valid).unwrap_or_default())
+        }
+        _ => message.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn source(text: &str) -> Source {
+        Source { name: "x".into(), path: Some("dir/x.toml".into()), text: text.into() }
+    }
+
+    const SMALL: &str = "scenes = [\"furnace\"]\nspp = 8\n[[methods]]\nname = \"path\"\n";
+
+    #[test]
+    fn every_embedded_experiment_is_valid_and_survives_being_written() {
+        for (name, _) in LIBRARY {
+            let experiment = Source::open(name).unwrap().parse().unwrap();
+            experiment.check().unwrap();
+            let written = toml::to_string(&experiment).unwrap();
+            assert_eq!(toml::from_str::<Experiment>(&written).unwrap(), experiment, "{name}");
+        }
+    }
+
+    #[test]
+    fn faults_have_file_line_and_mend() {
+        let parse = |text: &str| source(text).parse();
+        let message = parse(&SMALL.replace("spp", "spb")).unwrap_err().to_string();
+        assert!(message.starts_with("dir/x.toml:2: ") && message.contains("did you mean `spp`"), "{message}");
+        let message = parse("scenes = [").unwrap_err().to_string();
+        assert!(message.starts_with("dir/x.toml:1: "), "{message}");
+        let experiment = parse(&SMALL.replace('8', "7")).unwrap();
+        assert_eq!(experiment.check().unwrap_err().0, "spp");
+    }
+
+    #[test]
+    fn the_key_blamed_is_the_one_meant_and_not_its_namesake() {
+        let text = "replicates = 4\nsize = [8, 8]\n\n[[methods]]\nname = \"path\"\n\n[[methods]]\nname = \"bpdt\"\n\n\
+                    [convergence]\nsize = [0, 1]\nreplicates = 3\n";
+        let place = |key: &str| {
+            let message = source(text).blame(key, "wrong".to_owned()).to_string();
+            message.trim_start_matches("dir/x.toml").trim_end_matches("wrong").to_owned()
+        };
+        assert_eq!(
+            ["replicates", "size", "methods.0.name", "methods.1.name"].map(place),
+            [":1: ", ":2: ", ":5: ", ":8: "]
+        );
+        assert_eq!(["convergence.size", "convergence.replicates"].map(place), [":11: ", ":12: "]);
+        // What is not there is blamed on what it belongs to.
+        assert_eq!(["methods.1.label", "convergence.checkpoints", "spp"].map(place), [":7: ", ":10: ", ": "]);
+    }
+
+    #[test]
+    fn scenes_given_by_path_are_found_beside_the_experiment() {
+        assert_eq!(source("").scene("furnace"), "furnace");
+        assert_eq!(source("").scene("room.obj"), "dir/room.obj");
+    }
+}

@@ -1,0 +1,136 @@
+//! How the work of a replicate is cut into blocks: a tile of pixels and a range of their samples.
+
+use std::ops::Range;
+
+/// Width and height of a tile \[pixels\].
+pub const TILE: u32 = 16;
+/// Samples per pixel in one block.
+pub const SAMPLES_PER_BLOCK: u32 = 4;
+
+/// A rectangle of pixels, ends excluded.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// Columns.
+    pub x: Range<u32>,
+    /// Rows.
+    pub y: Range<u32>,
+}
+
+impl Window {
+    /// All pixels of an image.
+    pub fn whole(width: u32, height: u32) -> Self {
+        Self { x: 0..width, y: 0..height }
+    }
+
+    /// Pixels in a row.
+    #[inline]
+    pub fn width(&self) -> u32 {
+        self.x.end - self.x.start
+    }
+
+    /// Rows.
+    #[inline]
+    pub fn height(&self) -> u32 {
+        self.y.end - self.y.start
+    }
+
+    /// Whether a pixel is in it.
+    #[inline]
+    pub fn contains(&self, (x, y): (u32, u32)) -> bool {
+        self.x.contains(&x) && self.y.contains(&y)
+    }
+
+    /// The pixels that are in both, which may be none.
+    pub(crate) fn within(&self, other: &Self) -> Self {
+        let both = |a: &Range<u32>, b: &Range<u32>| {
+            let start = a.start.max(b.start);
+            start..a.end.min(b.end).max(start)
+        };
+        Self { x: both(&self.x, &other.x), y: both(&self.y, &other.y) }
+    }
+}
+
+/// One piece of a replicate's work.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Block {
+    /// The pixels whose samples are taken.
+    pub tile: Window,
+    /// Which of their samples.
+    pub samples: Range<u32>,
+}
+
+/// How a replicate is cut into blocks. Depends on the image, the pixels whose samples are taken, and the sample count alone.
+#[derive(Clone, Debug)]
+pub struct Blocks {
+    /// The pixels whose samples are taken.
+    pixels: Window,
+    /// The tiles that hold them.
+    columns: Range<u32>,
+    rows: Range<u32>,
+    samples: u32,
+}
+
+impl Blocks {
+    /// The blocks of some pixels with so many samples each. Tiles are those of the whole image, whatever part of them is taken.
+    pub fn new(pixels: Window, samples: u32) -> Self {
+        let tiles = |pixels: &Range<u32>| pixels.start / TILE..pixels.end.div_ceil(TILE);
+        Self { columns: tiles(&pixels.x), rows: tiles(&pixels.y), pixels, samples }
+    }
+
+    fn tiles(&self) -> u64 {
+        self.columns.len() as u64 * self.rows.len() as u64
+    }
+
+    /// Number of blocks.
+    pub fn count(&self) -> u64 {
+        self.tiles() * self.samples.div_ceil(SAMPLES_PER_BLOCK) as u64
+    }
+
+    /// The block of a number below [`Blocks::count`]: all tiles of the first samples, then of the next.
+    pub fn block(&self, index: u64) -> Block {
+        let columns = self.columns.len() as u64;
+        let (chunk, tile) = ((index / self.tiles()) as u32, index % self.tiles());
+        let x = (self.columns.start + (tile % columns) as u32) * TILE;
+        let y = (self.rows.start + (tile / columns) as u32) * TILE;
+        let first = chunk * SAMPLES_PER_BLOCK;
+        Block {
+            tile: Window { x: x..x + TILE, y: y..y + TILE }.within(&self.pixels),
+            samples: first..(first + SAMPLES_PER_BLOCK).min(self.samples),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_cover_every_sample_of_every_pixel_once() {
+        let blocks = Blocks::new(Window::whole(37, 18), 6);
+        let mut seen = vec![0_u32; 37 * 18 * 6];
+        for index in 0..blocks.count() {
+            let block = blocks.block(index);
+            for (x, y) in block.tile.y.clone().flat_map(|y| block.tile.x.clone().map(move |x| (x, y))) {
+                block.samples.clone().for_each(|s| seen[((y * 37 + x) * 6 + s) as usize] += 1);
+            }
+        }
+        assert!(seen.iter().all(|&n| n == 1));
+    }
+
+    #[test]
+    fn blocks_of_a_window_are_parts_of_the_tiles_of_the_image() {
+        let window = Window { x: 15..33, y: 3..17 };
+        let blocks = Blocks::new(window.clone(), 5);
+        let mut seen = vec![0_u32; 37 * 18 * 5];
+        for block in (0..blocks.count()).map(|index| blocks.block(index)) {
+            assert!(block.tile.x.start / TILE == (block.tile.x.end - 1) / TILE);
+            for (x, y) in block.tile.y.clone().flat_map(|y| block.tile.x.clone().map(move |x| (x, y))) {
+                block.samples.clone().for_each(|s| seen[((y * 37 + x) * 5 + s) as usize] += 1);
+            }
+        }
+        for (i, &n) in seen.iter().enumerate() {
+            let pixel = (i as u32 / 5 % 37, i as u32 / 5 / 37);
+            assert_eq!(n, u32::from(window.contains(pixel)), "{pixel:?}");
+        }
+    }
+}
