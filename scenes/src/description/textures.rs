@@ -14,10 +14,13 @@ use crate::error::SceneError;
 use crate::suggest::did_you_mean;
 use crate::texture::{Channel, Encoding, Image, ImageTexture, Noise, Texture, UvMap, Wrap};
 
+/// A file, the encoding declared for it, and the one that holds otherwise.
+type Decoding = (PathBuf, Option<Encoding>, Encoding);
+
 /// Reads textures, every image once.
 pub(super) struct Textures<'f> {
     folder: Option<&'f Path>,
-    images: RefCell<BTreeMap<(PathBuf, Option<Encoding>, Encoding), Arc<Image>>>,
+    images: RefCell<BTreeMap<Decoding, Arc<Image>>>,
 }
 
 impl<'f> Textures<'f> {
