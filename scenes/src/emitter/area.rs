@@ -22,7 +22,10 @@ impl Emission {
     /// The radiance at a point.
     #[inline]
     fn at(&self, p: Vec3) -> Spectrum {
-        self.radiance.at(&SurfaceCoordinates::of(p))
+        match &self.radiance {
+            Texture::Constant(radiance) => *radiance,
+            varying => varying.at(&SurfaceCoordinates::of(p)),
+        }
     }
 }
 

@@ -320,6 +320,12 @@ mod tests {
             let message = Image::decode(bytes, None, Encoding::Srgb).unwrap_err();
             assert!(message.starts_with(expected), "{message}");
         }
+        let mut enormous = Vec::new();
+        let row = image::GrayImage::new(MAX_SIDE + 1, 1);
+        row.write_to(&mut Cursor::new(&mut enormous), image::ImageFormat::Png).unwrap();
+        assert!(
+            Image::decode(&enormous, None, Encoding::Srgb).unwrap_err().contains("32769x1 texels; make it at most")
+        );
         let hdr = image::Rgb32FImage::from_pixel(2, 1, image::Rgb([0.5, 2.0, 1.0]));
         let mut bytes = Vec::new();
         hdr.write_to(&mut Cursor::new(&mut bytes), image::ImageFormat::Hdr).unwrap();
