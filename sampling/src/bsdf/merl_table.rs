@@ -1,6 +1,7 @@
 //! The tables of the MERL database, and the distribution of half vectors of one.
 
 use super::{BsdfModel, Merl, Shared, Tables};
+use crate::math::elementary::{atan2_of_positive, atan2_of_upper};
 use crate::math::{Spectrum, reflect};
 use crate::warp::sin_cos_turns;
 use glam::{Vec2, Vec3, vec3};
@@ -54,11 +55,11 @@ impl HalfAngles {
         };
         // Exchanging the directions changes both signs, and the azimuth by π.
         let side = if y < 0.0 || (y == 0.0 && x < 0.0) { -1.0 } else { 1.0 };
-        let phi_d = (side * y).atan2(side * x);
+        let phi_d = if x == 0.0 && y == 0.0 { 0.0 } else { atan2_of_upper(side * y, side * x) };
         Some(Self {
-            root_h: (sin2.sqrt().atan2(h.z) * (2.0 * FRAC_1_PI)).sqrt(),
+            root_h: (atan2_of_positive(sin2.sqrt(), h.z) * (2.0 * FRAC_1_PI)).sqrt(),
             one_minus_cos_h: sin2 / (1.0 + h.z),
-            theta_d: difference.length().atan2(length),
+            theta_d: atan2_of_positive(difference.length(), length),
             phi_d,
             cos_d: 0.5 * length,
         })
