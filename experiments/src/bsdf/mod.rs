@@ -67,6 +67,9 @@ fn made(entry: &ModelEntry, set: &[Assignment]) -> Result<Bsdf, Error> {
 /// What is wrong with a model, told of the `--set` that is at fault, if one alone is.
 fn told_of(error: SceneError, model: &str, set: &[Assignment]) -> String {
     let SceneError::Invalid { line, message, mend, .. } = error else { return error.to_string() };
+    // The place in a file that there isn't.
+    let table = format!("materials.{model}");
+    let message = message.replace(&format!("{table}."), "").replace(&table, model);
     // The parameters stand in the lines after the name and the type.
     match line.and_then(|line| set.get(line.checked_sub(3)?)) {
         Some(assignment) => format!("--set {assignment}: {message}; {mend}"),

@@ -66,7 +66,8 @@ pub fn fresnel_conductor(cos: f32, eta: Spectrum, k: Spectrum) -> Spectrum {
     let rs = (s_sum - s_difference) / (s_sum + s_difference);
     let p_sum = p * cos2 + Spectrum::splat(sin2 * sin2);
     let p_difference = s_difference * sin2;
-    let rp = rs * (p_sum - p_difference) / (p_sum + p_difference);
+    // A division that does not wait for the other.
+    let rp = rs * ((p_sum - p_difference) / (p_sum + p_difference));
     (rs + rp) * 0.5
 }
 

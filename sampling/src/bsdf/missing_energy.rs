@@ -84,7 +84,7 @@ impl MissingEnergy {
     #[inline]
     fn find(&self, cos: f32) -> usize {
         let t = 0.5 * (cos + (cos * (1.0 + self.a) / (cos + self.a)).sqrt());
-        ((t * CELLS as f32) as usize).min(CELLS - 1)
+        ((t * CELLS as f32) as i32 as usize).min(CELLS - 1)
     }
 
     /// 1 − E.

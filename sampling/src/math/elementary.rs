@@ -1,7 +1,7 @@
 //! Exponentials, logarithms and angles for lobes, of about the precision of `f32`.
 //!
-//! They are inlined, which the standard library's are not, and take a third of the time; and they have the same bits on every
-//! platform. The polynomials are those of the Cephes library (expf, logf, atanf).
+//! They are inlined, which the standard library's are not, and have the same bits on every platform. The polynomials are those
+//! of the Cephes library (expf, logf, atanf).
 
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, LOG2_E, PI};
 
