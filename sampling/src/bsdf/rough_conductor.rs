@@ -193,7 +193,7 @@ impl BsdfModel for RoughConductor {
         if self.echo.is_some() || matches!(self.facets, Microfacets::ShiftedGamma(_)) {
             return &["roughness", "alpha", "alpha_x", "alpha_y", "gamma"];
         }
-        &[]
+        &["gamma"]
     }
 
     fn is_anisotropic(&self) -> bool {

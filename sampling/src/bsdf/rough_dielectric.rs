@@ -261,7 +261,7 @@ impl BsdfModel for RoughDielectric {
         if self.echo.is_some() || matches!(self.facets, Microfacets::ShiftedGamma(_)) {
             return &["eta", "roughness", "alpha", "alpha_x", "alpha_y", "gamma"];
         }
-        &["eta"]
+        &["eta", "gamma"]
     }
 
     fn is_anisotropic(&self) -> bool {

@@ -65,7 +65,7 @@ impl PrincipledSettings {
         Parameter::number("sheen_tint", "hue of the sheen", 0.0, 1.0, Preset::Number(0.5)),
         Parameter::number("clearcoat", "strength of the clear coat", 0.0, 1.0, Preset::Number(0.0)),
         Parameter::number("clearcoat_gloss", "gloss of the clear coat", 0.0, 1.0, Preset::Number(1.0)),
-        Parameter::number("spec_trans", "share of glass", 0.0, 1.0, Preset::Number(0.0)),
+        Parameter::number("spec_trans", "share of glass; with any, `eta` may not vary", 0.0, 1.0, Preset::Number(0.0)),
     ];
 
     /// What these arguments of [`PARAMETERS`](Self::PARAMETERS) say.
