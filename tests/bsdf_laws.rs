@@ -5,12 +5,14 @@
 //! their false-alarm rate, corrected for the number of tests by Šidák's formula; seeds are fixed.
 
 mod by_chance;
+mod delta;
+mod parameters;
 mod quadrature;
 
+pub use delta::delta_lobes;
+use delta::distinct_delta_lobes;
 use quadrature::Cells;
-use sampling::bsdf::{
-    Argument, Arguments, Bsdf, BsdfSample, Domain, Lambert, Lobes, MAX_PARAMETERS, ModelEntry, Preset, TransportMode,
-};
+use sampling::bsdf::{Bsdf, BsdfSample, Lobes, TransportMode};
 use sampling::sampler::{Purpose, Role, Sampler, SamplerKind, StreamKey};
 use sampling::warp::uniform_sphere;
 use sampling::{Spectrum, Vec2, Vec3, vec2, vec3};
@@ -155,25 +157,6 @@ fn for_every_sample(law: &str, check: impl Fn(&Bsdf, Vec3, TransportMode, BsdfSa
     }
 }
 
-/// The delta lobes seen from `wo`, of which mixtures may have several of a kind; all that are likelier than 1/32.
-pub fn delta_lobes(model: &Bsdf, wo: Vec3, mode: TransportMode) -> Vec<BsdfSample> {
-    let choices = (0..64).map(|i| (i as f32 + 0.5) / 64.0).chain(BORDERS);
-    distinct_delta_lobes(choices.filter_map(|uc| model.sample(wo, uc, vec2(0.5, 0.5), mode)))
-}
-
-/// The delta lobes among samples from one direction, each once: all samples of one are alike to the bit.
-///
-/// Two lobes of a mixture that are alike in all are taken for one; its examples have none.
-fn distinct_delta_lobes(samples: impl Iterator<Item = BsdfSample>) -> Vec<BsdfSample> {
-    let mut lobes = Vec::new();
-    for sample in samples.filter(|sample| sample.lobe.is_delta()) {
-        if !lobes.contains(&sample) {
-            lobes.push(sample);
-        }
-    }
-    lobes
-}
-
 /// Whether two spectra agree to a relative error, or to an absolute one.
 fn close(a: Spectrum, b: Spectrum, relative: f32, absolute: f32) -> bool {
     (a - b).abs().max_component() <= relative * a.max_component().max(b.max_component()) + absolute
@@ -181,62 +164,6 @@ fn close(a: Spectrum, b: Spectrum, relative: f32, absolute: f32) -> bool {
 
 fn is_transmission(wo: Vec3, wi: Vec3) -> bool {
     wo.z * wi.z < 0.0
-}
-
-#[test]
-fn every_model_is_made_from_its_presets() {
-    'models: for ModelEntry { name, about, parameters, from_arguments, .. } in Bsdf::MODELS {
-        assert!(parameters.len() <= MAX_PARAMETERS && !about.is_empty(), "{name}");
-        let mut arguments = Arguments::presets(parameters);
-        for (place, parameter) in parameters.iter().enumerate() {
-            let what = format!("{name}.{}", parameter.name);
-            assert!(
-                parameters.iter().filter(|other| other.name == parameter.name).count() == 1,
-                "{what} is listed twice"
-            );
-            match (parameter.preset, parameter.domain) {
-                (Preset::Number(x), Domain::Number(..) | Domain::Colour(..)) => {
-                    assert!(parameter.domain.holds(x), "{what}")
-                }
-                (Preset::Choice(word), Domain::Choice(words)) => assert!(words.contains(&word), "{what}"),
-                (Preset::Absent, _) => {}
-                // No file can be made up; its model has unit tests of its own.
-                (Preset::Required(_), Domain::File { .. }) => continue 'models,
-                (Preset::Required(example), domain) => {
-                    let Some(argument) = stand_in(domain) else { panic!("{what}: {example} for {domain}") };
-                    arguments.set(place, argument);
-                }
-                (preset, domain) => panic!("{what}: {preset:?} in {domain}"),
-            }
-        }
-        from_arguments(&arguments).unwrap_or_else(|misfit| panic!("{name}: {misfit}"));
-    }
-}
-
-/// Something that a parameter which must be given may be; `None` where there is no such thing.
-fn stand_in(domain: Domain) -> Option<Argument> {
-    static LAMBERT: Bsdf = Bsdf::Lambert(Lambert { albedo: Spectrum::splat(0.5) });
-    match domain {
-        Domain::Number(from, to) => Some(Argument::Number(0.5 * (from + to))),
-        Domain::Colour(from, to) => Some(Argument::Colour(Spectrum::splat(0.5 * (from + to)))),
-        Domain::Choice(_) => Some(Argument::Choice(0)),
-        Domain::Numbers { least, read } => read(&vec![1.0; least]).ok().map(Argument::Table),
-        Domain::File { .. } => None,
-        Domain::Model => Some(Argument::Model(&LAMBERT)),
-    }
-}
-
-#[test]
-fn every_model_in_the_list_has_examples() {
-    for ModelEntry { name, examples, .. } in Bsdf::MODELS {
-        assert!(examples().iter().any(|model| model.name() == *name), "{name} has no examples");
-        assert_eq!(Bsdf::MODELS.iter().filter(|other| other.name == *name).count(), 1, "{name} is listed twice");
-    }
-    for (name, model) in listed() {
-        assert!(!model.lobes().is_empty(), "{name} has no lobes: {model:?}");
-        let survival = model.survival();
-        assert!(survival > 0.0 && survival <= 1.0, "{name} survives with {survival}: {model:?}");
-    }
 }
 
 #[test]
@@ -366,48 +293,6 @@ fn weights_are_value_times_cosine_over_density() {
         let slack = rounding(wo, sample.wi, ABSOLUTE, |wo, wi| model.pdf(wo, wi, mode));
         let resolved = slack < 0.1 * pdf;
         assert!(!resolved || (pdf - sample.pdf).abs() <= 1e-4 * pdf + slack, "{pdf} by pdf, slack {slack}: {what}");
-    });
-}
-
-#[test]
-fn delta_lobes_are_seen_by_samples_only() {
-    for_every_sample("delta", |model, wo, mode, sample, what| {
-        if model.lobes().is_delta() {
-            assert_eq!(model.eval_pdf(wo, sample.wi, mode), (Spectrum::ZERO, 0.0), "{what}");
-        }
-        assert_eq!(model.lobes().intersects(Lobes::DELTA) && sample.lobe.is_delta(), sample.lobe.is_delta(), "{what}");
-    });
-}
-
-#[test]
-fn delta_lobes_have_the_same_pmf_from_both_ends() {
-    for_every_sample("both ends", |model, wo, mode, sample, what| {
-        if !sample.lobe.is_delta() {
-            return;
-        }
-        let adjoint = match mode {
-            TransportMode::Radiance => TransportMode::Importance,
-            TransportMode::Importance => TransportMode::Radiance,
-        };
-        // Of several lobes of a kind, as mixtures have, the one that leads back with the nearest probability.
-        let unlikeness = |back: &BsdfSample| (back.wi - wo).length() + (back.pdf - sample.pdf).abs();
-        let back = delta_lobes(model, sample.wi, adjoint)
-            .into_iter()
-            .filter(|back| back.lobe == sample.lobe && (back.eta * sample.eta - 1.0).abs() < 1e-6)
-            .min_by(|a, b| unlikeness(a).total_cmp(&unlikeness(b)));
-        // A lobe rarer than the grid of uc need not turn up.
-        let Some(back) = back else {
-            assert!(sample.pdf < 0.1, "no way back: {what}");
-            return;
-        };
-        // Next to the critical angle the rounding of a cosine near 1 moves a grazing cosine by its inverse.
-        let grazing = wo.z.abs().min(sample.wi.z.abs());
-        let slack = 1e-6 + (4e-6 / grazing).min(1e-2);
-        assert!((back.pdf - sample.pdf).abs() <= slack, "back: {back:?}: {what}");
-        assert!((back.wi - wo).length() <= slack, "back: {back:?}: {what}");
-        // The same light carried, seen from either end: f(wo, wi) = f*(wi, wo).
-        let share = |s: &BsdfSample, mode: TransportMode| s.weight * (s.pdf / scale(mode, s.eta));
-        assert!(close(share(&back, adjoint), share(&sample, mode), 1e-5, slack), "back: {back:?}: {what}");
     });
 }
 

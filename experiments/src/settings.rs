@@ -3,6 +3,7 @@
 use crate::config::Experiment;
 use crate::error::{Error, unknown};
 use serde_json::Value;
+use std::fmt;
 use std::str::FromStr;
 
 /// One `--set`.
@@ -34,6 +35,16 @@ fn typed(text: &str) -> toml::Value {
     match read.filter(|table| table.len() == 1).and_then(|mut table| table.remove("v")) {
         Some(value) => value,
         None => toml::Value::String(text.to_owned()),
+    }
+}
+
+impl fmt::Display for Assignment {
+    /// As it was given, but for spaces and quotes.
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match &self.value {
+            toml::Value::String(text) => write!(f, "{}={text}", self.key()),
+            other => write!(f, "{}={other}", self.key()),
+        }
     }
 }
 

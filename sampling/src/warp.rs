@@ -3,6 +3,7 @@
 //! Hemispheres are about +z. All discs come from the concentric map, and caps of spheres from discs, so that strata of
 //! the unit square stay compact.
 
+use crate::math::elementary::{exp_m1, ln_1p};
 use glam::{Vec2, Vec3, vec2, vec3};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, TAU};
 
@@ -75,14 +76,14 @@ pub fn cosine_hemisphere_pdf(cos: f32) -> f32 {
 }
 
 /// A direction of the upper hemisphere with a density proportional to cosⁿθ, n ≥ 0.
-#[inline]
+#[inline(always)]
 pub fn power_cosine_hemisphere(u: Vec2, n: f32) -> Vec3 {
     let (p, r) = concentric_disk(u);
     if r == 0.0 {
         return Vec3::Z;
     }
     // cos θ = (1 − r²)^(1/(n+1)), by way of 1 − cos θ, which keeps its digits where the lobe is narrow.
-    let one_minus_cos = -((-r * r).ln_1p() / (n + 1.0)).exp_m1();
+    let one_minus_cos = -exp_m1(ln_1p(-r * r) / (n + 1.0));
     let sin = (one_minus_cos * (2.0 - one_minus_cos)).sqrt();
     (p * (sin / r)).extend(1.0 - one_minus_cos)
 }

@@ -14,8 +14,13 @@ fn unknown_names_are_answered_with_the_nearest() {
     refused(&["render", "furnace", "--sampler", "stratifed"], &["did you mean `stratified`"]);
     refused(&["render", "furnace", "--filter", "gausian"], &["did you mean `gaussian`"]);
     refused(&["bsdf", "lambrt"], &["did you mean `lambert`"]);
-    refused(&["bsdf", "lambert", "--set", "albdo=0.3"], &["did you mean `albedo`"]);
-    refused(&["bsdf", "lambert", "--set", "albedo=3"], &["albedo", "from 0 to 1"]);
+    refused(
+        &["bsdf", "lambert", "--set", "albdo=0.3"],
+        &["--set albdo=0.3: ", "in `lambert`", "did you mean `albedo`"],
+    );
+    refused(&["bsdf", "lambert", "--set", "albedo=3"], &["--set albedo=3: `albedo` is", "from 0 to 1"]);
+    refused(&["bsdf", "ward", "--set", "kd=0.8", "--set", "ks=0.8"], &["--set ks=0.8: ", "creates light"]);
+    refused(&["bsdf", "distribution_based", "--set", "half_vectors=[1, 1e300]"], &["number 2 is larger than 3.4e38"]);
     refused(&["bsdf"], &["MODEL"]);
     refused(&["render", "furnace", "--layers", "order"], &["order", "orders"]);
     refused(&["run", "comparsion"], &["did you mean `comparison`"]);

@@ -3,7 +3,7 @@
 use super::{albedo, draw, incident, is_whole};
 use crate::error::Error;
 use crate::export::write_atomically;
-use sampling::bsdf::{Arguments, Bsdf, ModelEntry, Parameter, Preset};
+use sampling::bsdf::{Argument, Arguments, Bsdf, Domain, ModelEntry, Parameter, Preset};
 use std::path::Path;
 
 /// Angles at which albedos are told \[degrees\].
@@ -53,6 +53,7 @@ fn section(entry: &ModelEntry, bsdf: &Bsdf) -> String {
         };
         text += &format!("| `{name}` | {about} | {domain} | {preset} |\n");
     }
+    text += &format!("\n{}\n", varying(entry, bsdf));
     let albedos = ANGLES.map(|degrees| {
         let mean = albedo::directional(bsdf, incident(degrees)).mean;
         format!("{:.3} at {degrees}°", (mean[0] + mean[1] + mean[2]) / 3.0)
@@ -65,6 +66,33 @@ fn section(entry: &ModelEntry, bsdf: &Bsdf) -> String {
         );
     }
     text
+}
+
+/// Which parameters textures may give: numbers and colours but those that the model holds fixed, by itself or with a word.
+fn varying(entry: &ModelEntry, bsdf: &Bsdf) -> String {
+    let names = |parameters: &mut dyn Iterator<Item = &'static str>| {
+        parameters.map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+    };
+    let numbers = || entry.parameters.iter().filter(|p| matches!(p.domain, Domain::Number(..) | Domain::Colour(..)));
+    let free = |bsdf: &Bsdf| names(&mut numbers().map(|p| p.name).filter(|name| !bsdf.fixed().contains(name)));
+    let usually = free(bsdf);
+    if usually.is_empty() {
+        return "None of its parameters may vary over a surface.".to_owned();
+    }
+    let mut text = format!("May vary over a surface: {usually}");
+    for (place, parameter) in entry.parameters.iter().enumerate() {
+        let (Domain::Choice(words), Preset::Choice(_)) = (parameter.domain, parameter.preset) else { continue };
+        for (choice, word) in words.iter().enumerate() {
+            let mut arguments = Arguments::presets(entry.parameters);
+            arguments.set(place, Argument::Choice(choice));
+            let Ok(chosen) = (entry.from_arguments)(&arguments) else { continue };
+            if chosen.fixed() != bsdf.fixed() {
+                let left = Some(free(&chosen)).filter(|left| !left.is_empty()).unwrap_or_else(|| "none".to_owned());
+                text += &format!("; with `{} = \"{word}\"`: {left}", parameter.name);
+            }
+        }
+    }
+    text + "."
 }
 
 /// With a capital letter.

@@ -4,17 +4,18 @@ use super::fresnel::schlick;
 use super::parts::{Parts, TwoParts, exp_of_minus, minus_ln_cos, scatters_in_two_parts};
 use super::v_cavities::Half;
 use super::{Arguments, Bsdf, BsdfModel, Lobes, Misfit, Parameter, Preset, survival_of};
+use crate::math::elementary::{exp_m1, ln_1p};
 use crate::math::{Spectrum, reflect};
 use crate::warp::{INV_2PI, INV_PI, sin_cos_turns};
 use glam::{Vec2, Vec3, vec3};
 
-/// A glossy part over a diffuse one that takes what the glossy part leaves [Ashikhmin00, (4)–(5)], with the half vector m:
+/// A glossy part over a diffuse one that takes what the glossy part leaves `[Ashikhmin00]`, with the half vector m:
 ///
 /// - glossy: √((n_u + 1)(n_v + 1))/8π cos θ_m^e / (wo·m max(cos θ_o, cos θ_i)) F(wo·m), where
 ///   e = (n_u m_x² + n_v m_y²) / (1 − m_z²) and F = Rs + (1 − Rs)(1 − wo·m)⁵ is Schlick's;
 /// - diffuse: 28 Rd/23π (1 − Rs)(1 − (1 − cos θ_o/2)⁵)(1 − (1 − cos θ_i/2)⁵).
 ///
-/// Half vectors are sampled by their density [Ashikhmin00, (6)–(10)], with a weight of the glossy part of
+/// Half vectors are sampled by their density `[Ashikhmin00]`, with a weight of the glossy part of
 /// F cos θ_i / max(cos θ_o, cos θ_i); where they mirror below the horizon samples fail. What the source leaves out: the
 /// glossy part darkens at grazing angles for small exponents, and the diffuse one knows of an ideal mirror above it only.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,6 +25,10 @@ pub struct AshikhminShirley {
     rs: Spectrum,
     n_u: f32,
     n_v: f32,
+    /// √(n_u + 1).
+    root_u: f32,
+    /// √(n_v + 1).
+    root_v: f32,
     /// √((n_u + 1)(n_v + 1)) / 2π.
     peak: f32,
     survival: f32,
@@ -33,8 +38,9 @@ impl AshikhminShirley {
     /// The diffuse and the glossy reflectance, each in [0, 1], and the exponents n ≥ 0 along x and y.
     pub fn new(rd: Spectrum, rs: Spectrum, n_u: f32, n_v: f32) -> Self {
         let base = rd * (Spectrum::ONE - rs);
-        let peak = ((n_u + 1.0) * (n_v + 1.0)).sqrt() * INV_2PI;
-        Self { diffuse: base * (28.0 / 23.0 * INV_PI), rs, n_u, n_v, peak, survival: survival_of(base + rs) }
+        let (root_u, root_v) = ((n_u + 1.0).sqrt(), (n_v + 1.0).sqrt());
+        let (diffuse, peak) = (base * (28.0 / 23.0 * INV_PI), root_u * root_v * INV_2PI);
+        Self { diffuse, rs, n_u, n_v, root_u, root_v, peak, survival: survival_of(base + rs) }
     }
 
     /// Schlick's reflectance for this cosine.
@@ -44,7 +50,7 @@ impl AshikhminShirley {
     }
 
     /// The density of half vectors [1/sr].
-    #[inline]
+    #[inline(always)]
     fn density(&self, m: Vec3) -> f32 {
         let sin2 = m.x * m.x + m.y * m.y;
         if sin2 == 0.0 {
@@ -64,7 +70,7 @@ fn let_in(cos: f32) -> f32 {
 }
 
 impl TwoParts for AshikhminShirley {
-    #[inline]
+    #[inline(always)]
     fn diffuse_pmf(&self, wo: Vec3) -> f32 {
         if self.diffuse.is_zero() {
             return 0.0;
@@ -77,7 +83,7 @@ impl TwoParts for AshikhminShirley {
         (diffuse / (diffuse + glossy)).clamp(1.0 / 16.0, 15.0 / 16.0)
     }
 
-    #[inline]
+    #[inline(always)]
     fn parts(&self, wo: Vec3, wi: Vec3) -> Parts {
         let diffuse = self.diffuse * (let_in(wo.z) * let_in(wi.z));
         let Some(half) = Half::of(wo, wi) else { return Parts::diffuse(diffuse) };
@@ -86,14 +92,14 @@ impl TwoParts for AshikhminShirley {
         Parts { diffuse, glossy: self.fresnel(half.cos) * (glossy_pdf / wo.z.max(wi.z)), glossy_pdf }
     }
 
-    #[inline]
+    #[inline(always)]
     fn sample_glossy(&self, wo: Vec3, _uc: f32, u: Vec2) -> Option<Vec3> {
         // tan φ = √((n_u + 1)/(n_v + 1)) tan 2πu in whichever quadrant 2πu is in.
         let (sin, cos) = sin_cos_turns(u.x);
-        let (x, y) = (cos * (self.n_v + 1.0).sqrt(), sin * (self.n_u + 1.0).sqrt());
+        let (x, y) = (cos * self.root_v, sin * self.root_u);
         let (x2, y2) = (x * x, y * y);
         let exponent = (self.n_u * x2 + self.n_v * y2) / (x2 + y2);
-        let one_minus_cos = -((-u.y).ln_1p() / (exponent + 1.0)).exp_m1();
+        let one_minus_cos = -exp_m1(ln_1p(-u.y) / (exponent + 1.0));
         let sin_over_length = (one_minus_cos * (2.0 - one_minus_cos) / (x2 + y2)).sqrt();
         let m = vec3(x * sin_over_length, y * sin_over_length, 1.0 - one_minus_cos);
         let wi = reflect(wo, m);

@@ -13,7 +13,7 @@ pub struct BlinnNormals {
 
 impl BlinnNormals {
     /// Normals with the exponent n ≥ 0.
-    #[inline]
+    #[inline(always)]
     pub fn new(n: f32) -> Self {
         Self { n }
     }
@@ -21,13 +21,13 @@ impl BlinnNormals {
 
 impl Facets for BlinnNormals {
     /// D(m); 0 below 10⁻³⁰ of its peak.
-    #[inline]
+    #[inline(always)]
     fn d(&self, m: Vec3) -> f32 {
         (self.n + 2.0) * INV_2PI * exp_of_minus(self.n * minus_ln_cos(m))
     }
 
     /// A normal with the density D(m) cos θ_m.
-    #[inline]
+    #[inline(always)]
     fn sample(&self, u: Vec2) -> Vec3 {
         power_cosine_hemisphere(u, self.n + 1.0)
     }

@@ -43,12 +43,12 @@ impl BlinnPhong {
 }
 
 impl TwoParts for BlinnPhong {
-    #[inline]
+    #[inline(always)]
     fn diffuse_pmf(&self, _wo: Vec3) -> f32 {
         self.diffuse_pmf
     }
 
-    #[inline]
+    #[inline(always)]
     fn parts(&self, wo: Vec3, wi: Vec3) -> Parts {
         let diffuse = self.kd * INV_PI;
         let Some(half) = Half::of(wo, wi) else { return Parts::diffuse(diffuse) };
@@ -56,7 +56,7 @@ impl TwoParts for BlinnPhong {
         Parts { diffuse, glossy: self.ks_c * d, glossy_pdf: half.visible_pdf(d, wo.z, wi.z) }
     }
 
-    #[inline]
+    #[inline(always)]
     fn sample_glossy(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<Vec3> {
         let wi = reflect(wo, visible_side(wo, self.normals.sample(u), uc));
         (wi.z > 0.0).then_some(wi)

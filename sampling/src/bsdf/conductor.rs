@@ -1,5 +1,6 @@
 //! A smooth metal.
 
+use super::delta::scatters_by_delta_lobes;
 use super::metals::{complex_index, index_of_reflectance};
 use super::{
     Arguments, Bsdf, BsdfModel, BsdfSample, Lobes, Misfit, Parameter, TransportMode, fresnel_conductor, survival_of,
@@ -38,15 +39,7 @@ impl BsdfModel for Conductor {
         Ok(Self::new(eta, k).into())
     }
 
-    #[inline]
-    fn eval(&self, _wo: Vec3, _wi: Vec3, _lobes: Lobes, _mode: TransportMode) -> Spectrum {
-        Spectrum::ZERO
-    }
-
-    #[inline]
-    fn pdf(&self, _wo: Vec3, _wi: Vec3, _mode: TransportMode) -> f32 {
-        0.0
-    }
+    scatters_by_delta_lobes!();
 
     #[inline]
     fn sample(&self, wo: Vec3, _uc: f32, _u: Vec2, _mode: TransportMode) -> Option<BsdfSample> {

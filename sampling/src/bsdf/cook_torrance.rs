@@ -2,9 +2,8 @@
 
 use super::grooves::Grooves;
 use super::parts::{TwoParts, lobes_of, scatters_in_two_parts, without_gain};
-use super::roughness::alphas;
-use super::slopes::Slopes;
-use super::{Argument, Arguments, Bsdf, BsdfModel, Lobes, Misfit, Parameter, Preset};
+use super::roughness::lobe_alphas;
+use super::{Argument, Arguments, Beckmann, Bsdf, BsdfModel, Lobes, Misfit, Parameter, Preset};
 use crate::math::Spectrum;
 
 /// f_s = kd/π + ks F(wo·m) D(m) G / (4 cos θ_o cos θ_i) with the half vector m [Cook82, section 2].
@@ -18,13 +17,13 @@ use crate::math::Spectrum;
 ///
 /// Visible normals are sampled. Light scattered more than once among the facets is lost, and the diffuse part does not know
 /// of the glossy part's Fresnel factor.
-pub type CookTorrance = Grooves<Slopes>;
+pub type CookTorrance = Grooves<Beckmann>;
 
 impl CookTorrance {
     /// Facets of complex index `eta` + i `k` (not both 0) and roughness `alpha`, at least 10⁻⁴, scaled by `ks`, on a diffuse base
     /// of albedo `kd`; kd + ks ≤ 1.
     pub fn new(kd: Spectrum, ks: Spectrum, eta: Spectrum, k: Spectrum, alpha: f32) -> Self {
-        Self::of(kd, ks, eta, k, Slopes::new(alpha, alpha))
+        Self::of(kd, ks, eta, k, Beckmann::new(alpha, alpha))
     }
 }
 
@@ -37,21 +36,16 @@ impl BsdfModel for CookTorrance {
         Parameter::colour("ks", "scale of the glossy part", 0.0, 1.0, Preset::Number(0.5)),
         Parameter::colour("eta", "index of refraction of the facets", 1e-3, 1e3, Preset::Number(1.5)),
         Parameter::colour("k", "extinction index of the facets; 0 of dielectrics", 0.0, 1e3, Preset::Number(0.0)),
-        Parameter::ROUGHNESS,
-        Parameter::ALPHA,
+        Parameter::LOBE_ROUGHNESS,
+        Parameter::LOBE_ALPHA,
     ];
 
     fn from_arguments(arguments: &Arguments) -> Result<Bsdf, Misfit> {
         let [kd, ks, eta, k, roughness, alpha] = arguments.all();
         let (kd, ks, eta, k) = (kd.colour(), ks.colour(), eta.colour(), k.colour());
         without_gain(kd, ks)?;
-        match alphas([roughness, alpha, Argument::Absent, Argument::Absent])? {
-            Some((alpha, _)) => Ok(Self::new(kd, ks, eta, k, alpha).into()),
-            None => Err(Misfit::new(
-                "alpha",
-                "give at least 0.0001; smooth metals and glass are `conductor` and `dielectric`",
-            )),
-        }
+        let (alpha, _) = lobe_alphas([roughness, alpha, Argument::Absent, Argument::Absent])?;
+        Ok(Self::new(kd, ks, eta, k, alpha).into())
     }
 
     scatters_in_two_parts!();

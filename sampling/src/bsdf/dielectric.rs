@@ -1,5 +1,6 @@
 //! A smooth interface between two transparent media.
 
+use super::delta::scatters_by_delta_lobes;
 use super::fresnel::{DielectricFresnel, fresnel_dielectric};
 use super::{Arguments, Bsdf, BsdfModel, BsdfSample, Lobes, Misfit, Parameter, TransportMode};
 use crate::math::Spectrum;
@@ -24,15 +25,7 @@ impl BsdfModel for Dielectric {
         Ok(Self { eta: eta.number() }.into())
     }
 
-    #[inline]
-    fn eval(&self, _wo: Vec3, _wi: Vec3, _lobes: Lobes, _mode: TransportMode) -> Spectrum {
-        Spectrum::ZERO
-    }
-
-    #[inline]
-    fn pdf(&self, _wo: Vec3, _wi: Vec3, _mode: TransportMode) -> f32 {
-        0.0
-    }
+    scatters_by_delta_lobes!();
 
     #[inline]
     fn sample(&self, wo: Vec3, uc: f32, _u: Vec2, mode: TransportMode) -> Option<BsdfSample> {

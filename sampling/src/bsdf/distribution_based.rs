@@ -5,6 +5,7 @@ use super::parts::{Parts, TwoParts, scatters_in_two_parts};
 use super::v_cavities::Half;
 use super::{Arguments, Bsdf, BsdfModel, Domain, Lobes, Misfit, Parameter, Preset, Shared, Table, Tables, survival_of};
 use crate::distribution::Piecewise1D;
+use crate::math::elementary::atan2_of_positive;
 use crate::math::{Spectrum, reflect};
 use crate::warp::sin_cos_turns;
 use glam::{Vec2, Vec3, vec3};
@@ -64,7 +65,14 @@ impl HalfVectors {
 
     fn new(numbers: &[f32]) -> Result<Self, String> {
         let largest = numbers.iter().copied().fold(0.0, f32::max);
-        if numbers.len() < 2 || largest == 0.0 || !largest.is_finite() {
+        if let Some(i) = numbers.iter().position(|x| !x.is_finite()) {
+            return Err(format!(
+                "number {} is larger than {:.1e}: give smaller ones, of which the scale means nothing",
+                i + 1,
+                f32::MAX
+            ));
+        }
+        if numbers.len() < 2 || largest == 0.0 {
             return Err("give at least two numbers, of which one is positive".to_string());
         }
         let drawn = |i: usize| Some(f64::from(numbers[i] / largest)).filter(|x| *x >= f64::from(LEAST)).unwrap_or(0.0);
@@ -89,11 +97,11 @@ impl HalfVectors {
     }
 
     /// p at a half vector, and the density of samples there [1/sr].
-    #[inline]
+    #[inline(always)]
     fn at(&self, m: Vec3) -> (f32, f32) {
         let sin2 = m.x * m.x + m.y * m.y;
         let last = self.ratios.len();
-        let place = sin2.sqrt().atan2(m.z) * (last as f32 / FRAC_PI_2);
+        let place = atan2_of_positive(sin2.sqrt(), m.z) * (last as f32 / FRAC_PI_2);
         let i = (place as usize).min(last - 1);
         let depth = sin2 / (1.0 + m.z);
         let t = ((depth - self.depths[i]) / (self.depths[i + 1] - self.depths[i])).clamp(0.0, 1.0);
@@ -102,7 +110,7 @@ impl HalfVectors {
     }
 
     /// A half vector.
-    #[inline]
+    #[inline(always)]
     fn sample(&self, u: Vec2) -> Vec3 {
         let (x, _, i) = self.intervals.sample(u.y);
         let v = (x * self.ratios.len() as f32 - i as f32).clamp(0.0, 1.0);
@@ -155,12 +163,12 @@ impl HalfVectors {
 }
 
 impl TwoParts for DistributionBased {
-    #[inline]
+    #[inline(always)]
     fn diffuse_pmf(&self, _wo: Vec3) -> f32 {
         0.0
     }
 
-    #[inline]
+    #[inline(always)]
     fn parts(&self, wo: Vec3, wi: Vec3) -> Parts {
         let Some(half) = Half::of(wo, wi) else { return Parts::diffuse(Spectrum::ZERO) };
         let (p, pdf) = self.half_vectors.at(half.m);
@@ -173,7 +181,7 @@ impl TwoParts for DistributionBased {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn sample_glossy(&self, wo: Vec3, _uc: f32, u: Vec2) -> Option<Vec3> {
         let m = self.half_vectors.sample(u);
         let wi = reflect(wo, m);

@@ -18,7 +18,7 @@ pub struct DielectricFresnel {
 /// `cos` in (0, 1] is the cosine on this side, `eta` > 0 the index of the other side relative to this one. With `eta` = 1
 /// exactly nothing is reflected and nothing bent.
 ///
-/// In the form of [Walter07, (22)], F = ½ a² (1 + b²) with c = cos θ and g = η cos θ_t, where g − c is taken as
+/// In the form of `[Walter07]`, F = ½ a² (1 + b²) with c = cos θ and g = η cos θ_t, where g − c is taken as
 /// (η² − 1) / (g + c): no digit is lost as η approaches 1 or c approaches 0.
 #[inline]
 pub fn fresnel_dielectric(cos: f32, eta: f32) -> DielectricFresnel {
@@ -66,7 +66,8 @@ pub fn fresnel_conductor(cos: f32, eta: Spectrum, k: Spectrum) -> Spectrum {
     let rs = (s_sum - s_difference) / (s_sum + s_difference);
     let p_sum = p * cos2 + Spectrum::splat(sin2 * sin2);
     let p_difference = s_difference * sin2;
-    let rp = rs * (p_sum - p_difference) / (p_sum + p_difference);
+    // A division that does not wait for the other.
+    let rp = rs * ((p_sum - p_difference) / (p_sum + p_difference));
     (rs + rp) * 0.5
 }
 

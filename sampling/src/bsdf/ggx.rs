@@ -69,13 +69,13 @@ impl Ggx {
         0.5 * (w.z.abs() + self.span(w))
     }
 
-    /// Smith's masking G₁(w) / |cos θ| = 2 / (|z| + s) [Heitz14, (43)], given the magnitude of the cosine and the span.
+    /// Smith's masking G₁(w) / |cos θ| = 2 / (|z| + s) `[Heitz14]`, given the magnitude of the cosine and the span.
     #[inline]
     pub fn g1_over_cos(cos: f32, span: f32) -> f32 {
         2.0 / (cos + span)
     }
 
-    /// The density [1/sr] of visible normals D(m) G₁(w) |w·m| / |cos θ_w| [Heitz14, (16)], less its factor |w·m|.
+    /// The density [1/sr] of visible normals D(m) G₁(w) |w·m| / |cos θ_w| `[Heitz14]`, less its factor |w·m|.
     #[inline]
     pub fn visible_over_cos(&self, cos: f32, span: f32, m: Vec3) -> f32 {
         Self::g1_over_cos(cos, span) * self.d(m)
@@ -111,7 +111,7 @@ impl Distribution for Ggx {
     }
 
     #[inline]
-    fn sample(&self, w: Vec3, uc: f32, u: Vec2) -> (Vec3, f32) {
+    fn sample(&self, w: Vec3, _area: f32, uc: f32, u: Vec2) -> (Vec3, f32) {
         (self.sample_visible(w, u), uc)
     }
 

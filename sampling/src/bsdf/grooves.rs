@@ -40,12 +40,12 @@ impl<D: Facets> Grooves<D> {
 
 impl<D: Facets> TwoParts for Grooves<D> {
     /// In proportion to the albedos with Schlick's factor of smooth facets, which rises towards grazing angles.
-    #[inline]
+    #[inline(always)]
     fn diffuse_pmf(&self, wo: Vec3) -> f32 {
         diffuse_share(self.kd, self.glossy + (self.ks - self.glossy) * schlick(wo.z))
     }
 
-    #[inline]
+    #[inline(always)]
     fn parts(&self, wo: Vec3, wi: Vec3) -> Parts {
         let diffuse = self.kd * INV_PI;
         let Some(half) = Half::of(wo, wi) else { return Parts::diffuse(diffuse) };
@@ -58,7 +58,7 @@ impl<D: Facets> TwoParts for Grooves<D> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn sample_glossy(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<Vec3> {
         let wi = reflect(wo, visible_side(wo, self.facets.sample(u), uc));
         (wi.z > 0.0).then_some(wi)

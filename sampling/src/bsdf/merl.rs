@@ -32,7 +32,7 @@ impl Merl {
         Self { table }
     }
 
-    #[inline]
+    #[inline(always)]
     fn value_and_density(&self, wo: Vec3, wi: Vec3) -> Option<(Spectrum, f32)> {
         if !same_hemisphere(wo, wi) {
             return None;

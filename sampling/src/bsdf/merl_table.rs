@@ -1,6 +1,7 @@
 //! The tables of the MERL database, and the distribution of half vectors of one.
 
 use super::{BsdfModel, Merl, Shared, Tables};
+use crate::math::elementary::{atan2_of_positive, atan2_of_upper};
 use crate::math::{Spectrum, reflect};
 use crate::warp::sin_cos_turns;
 use glam::{Vec2, Vec3, vec3};
@@ -17,7 +18,7 @@ const SCALES: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
 /// A measured reflectance, as a file of the MERL database has it `[Matusik03]`.
 pub struct MerlTable {
     /// f_s by half angle, difference angle and difference azimuth, the last running fastest.
-    values: Vec<[f32; 3]>,
+    values: Vec<Spectrum>,
     pub(super) half_vectors: HalfVectors,
     /// The largest channel of the albedo for diffuse light, a probability.
     pub(super) survival: f32,
@@ -54,11 +55,11 @@ impl HalfAngles {
         };
         // Exchanging the directions changes both signs, and the azimuth by π.
         let side = if y < 0.0 || (y == 0.0 && x < 0.0) { -1.0 } else { 1.0 };
-        let phi_d = (side * y).atan2(side * x);
+        let phi_d = if x == 0.0 && y == 0.0 { 0.0 } else { atan2_of_upper(side * y, side * x) };
         Some(Self {
-            root_h: (sin2.sqrt().atan2(h.z) * (2.0 * FRAC_1_PI)).sqrt(),
+            root_h: (atan2_of_positive(sin2.sqrt(), h.z) * (2.0 * FRAC_1_PI)).sqrt(),
             one_minus_cos_h: sin2 / (1.0 + h.z),
-            theta_d: difference.length().atan2(length),
+            theta_d: atan2_of_positive(difference.length(), length),
             phi_d,
             cos_d: 0.5 * length,
         })
@@ -69,7 +70,7 @@ impl HalfAngles {
 #[inline]
 fn between(place: f32, bins: usize) -> ([usize; 2], f32) {
     let place = (place * bins as f32 - 0.5).clamp(0.0, (bins - 1) as f32);
-    let below = (place as usize).min(bins - 2);
+    let below = (place as i32 as usize).min(bins - 2);
     ([below, below + 1], place - below as f32)
 }
 
@@ -77,7 +78,7 @@ fn between(place: f32, bins: usize) -> ([usize; 2], f32) {
 #[inline]
 fn between_around(place: f32, bins: usize) -> ([usize; 2], f32) {
     let place = place * bins as f32 + (bins as f32 - 0.5);
-    let below = place as usize;
+    let below = place as i32 as usize;
     ([below % bins, (below + 1) % bins], place - below as f32)
 }
 
@@ -120,6 +121,7 @@ impl MerlTable {
                 value[channel] = (number.max(0.0) * SCALES[channel]) as f32;
             }
         }
+        let values: Vec<Spectrum> = values.into_iter().map(Spectrum::from).collect();
         let half_vectors = HalfVectors::new(&values);
         let mut table = Self { values, half_vectors, survival: 1.0 };
         table.survival = table.diffuse_albedo()?;
@@ -172,7 +174,7 @@ impl MerlTable {
         let (azimuth, z) = between_around(angles.phi_d * FRAC_1_PI, BINS[2]);
         let row = |half: usize, difference: usize| {
             let start = (half * BINS[1] + difference) * BINS[2];
-            let [a, b] = azimuth.map(|azimuth| Spectrum::from(self.values[start + azimuth]));
+            let [a, b] = azimuth.map(|azimuth| self.values[start + azimuth]);
             a * (1.0 - z) + b * z
         };
         let plane = |half: usize| row(half, difference[0]) * (1.0 - y) + row(half, difference[1]) * y;
@@ -235,7 +237,7 @@ pub(super) struct HalfVectors {
 
 impl HalfVectors {
     /// The mean over differences of what an ideal density would be, f cos θ_i dwi/dh, by luminance.
-    fn new(values: &[[f32; 3]]) -> Self {
+    fn new(values: &[Spectrum]) -> Self {
         let edges: [f64; BINS[0] + 1] = std::array::from_fn(|i| {
             let theta = std::f64::consts::FRAC_PI_2 * (i as f64 / BINS[0] as f64).powi(2);
             2.0 * (0.5 * theta).sin().powi(2)
@@ -261,7 +263,7 @@ impl HalfVectors {
     /// The density [1/sr].
     #[inline]
     pub(super) fn pdf(&self, angles: &HalfAngles) -> f32 {
-        let bin = ((angles.root_h * BINS[0] as f32) as usize).min(BINS[0] - 1);
+        let bin = ((angles.root_h * BINS[0] as f32) as i32 as usize).min(BINS[0] - 1);
         let (low, high) = (self.edges[bin], self.edges[bin + 1]);
         let x = ((angles.one_minus_cos_h - low) / (high - low)).clamp(0.0, 1.0);
         self.densities[bin] + x * (self.densities[bin + 1] - self.densities[bin])
@@ -283,14 +285,14 @@ impl HalfVectors {
 }
 
 /// The mean of f cos θ_i cos θ_d over the differences at a half angle.
-fn mean_over_differences(values: &[[f32; 3]], half: usize) -> f64 {
+fn mean_over_differences(values: &[Spectrum], half: usize) -> f64 {
     let cos_h = (FRAC_PI_2 * ((half as f32 + 0.5) / BINS[0] as f32).powi(2)).cos();
     let mut sum = 0.0;
     for difference in 0..BINS[1] {
         let (sin_d, cos_d) = (FRAC_PI_2 * (difference as f32 + 0.5) / BINS[1] as f32).sin_cos();
         let start = (half * BINS[1] + difference) * BINS[2];
         let row = &values[start..start + BINS[2]];
-        let luminance: f64 = row.iter().map(|value| f64::from(Spectrum::from(*value).luminance())).sum();
+        let luminance: f64 = row.iter().map(|value| f64::from(value.luminance())).sum();
         // The two directions, of which either may be wi, have the mean cosine cos θ_h cos θ_d.
         sum += luminance * f64::from(cos_h * cos_d * cos_d * sin_d);
     }

@@ -26,10 +26,11 @@ pub(super) trait Distribution {
     /// The projected area σ(w), from either side.
     fn area(&self, w: Vec3) -> f32;
 
-    /// A normal seen from `w`, which is in the upper hemisphere, and what is left of `uc` for the next choice.
+    /// A normal seen from `w`, which is in the upper hemisphere and sees this `area`, and what is left of `uc` for the next
+    /// choice.
     ///
     /// Its density [1/sr] is D(m) ⟨w·m⟩ over the [`sampled_area`](Self::sampled_area).
-    fn sample(&self, w: Vec3, uc: f32, u: Vec2) -> (Vec3, f32);
+    fn sample(&self, w: Vec3, area: f32, uc: f32, u: Vec2) -> (Vec3, f32);
 
     /// The area that the density of [`sample`](Self::sample) is over, given w·m > 0 and the projected area of `w`: that
     /// itself where visible normals are sampled.
@@ -49,7 +50,7 @@ macro_rules! by_distribution {
 }
 pub(super) use by_distribution;
 
-/// |cos θ_o cos θ_i| / G₂(wo, wi) for correlated heights, G₂ = 1 / (1 + Λ(wo) + Λ(wi)) [Heitz14, (99)], given the magnitudes
+/// |cos θ_o cos θ_i| / G₂(wo, wi) for correlated heights, G₂ = 1 / (1 + Λ(wo) + Λ(wi)) `[Heitz14]`, given the magnitudes
 /// of the cosines and the projected areas.
 #[inline]
 pub(super) fn joint_area(cos_o: f32, area_o: f32, cos_i: f32, area_i: f32) -> f32 {
@@ -116,7 +117,10 @@ impl From<ShiftedGamma> for Microfacets {
 /// Whether an event of this probability happens by the uniform `uc`, and what is left of it: uniform, whatever happened.
 #[inline]
 pub(super) fn happens(probability: f32, uc: f32) -> (bool, f32) {
-    if uc < probability { (true, uc / probability) } else { (false, (uc - probability) / (1.0 - probability)) }
+    let happened = uc < probability;
+    // One division of what is chosen, which needs no branch.
+    let (over, under) = if happened { (uc, probability) } else { (uc - probability, 1.0 - probability) };
+    (happened, over / under)
 }
 
 #[cfg(test)]
@@ -136,7 +140,7 @@ mod tests {
     }
 
     fn sample(facets: &Microfacets, w: Vec3, uc: f32, u: Vec2) -> (Vec3, f32) {
-        by_distribution!(facets, f => f.sample(w, uc, u))
+        by_distribution!(facets, f => f.sample(w, f.area(w), uc, u))
     }
 
     fn all() -> Vec<Microfacets> {

@@ -1,5 +1,6 @@
 //! Ideal specular reflection.
 
+use super::delta::scatters_by_delta_lobes;
 use super::{Arguments, Bsdf, BsdfModel, BsdfSample, Lobes, Misfit, Parameter, Preset, TransportMode, survival_of};
 use crate::math::Spectrum;
 use glam::{Vec2, Vec3, vec3};
@@ -22,15 +23,7 @@ impl BsdfModel for Mirror {
         Ok(Self { reflectance: reflectance.colour() }.into())
     }
 
-    #[inline]
-    fn eval(&self, _wo: Vec3, _wi: Vec3, _lobes: Lobes, _mode: TransportMode) -> Spectrum {
-        Spectrum::ZERO
-    }
-
-    #[inline]
-    fn pdf(&self, _wo: Vec3, _wi: Vec3, _mode: TransportMode) -> f32 {
-        0.0
-    }
+    scatters_by_delta_lobes!();
 
     #[inline]
     fn sample(&self, wo: Vec3, _uc: f32, _u: Vec2, _mode: TransportMode) -> Option<BsdfSample> {

@@ -5,10 +5,9 @@
 
 use super::fresnel::fresnel_dielectric;
 use super::quadrature::integrate_towards_ends;
-use super::{Microfacets, Shared, Tables};
+use super::{Microfacets, Recalled, Shared};
 use crate::warp::{INV_PI, sin_cos_turns};
 use glam::{Vec2, Vec3, vec3};
-use std::convert::Infallible;
 use std::f64::consts::PI;
 
 /// How many pieces the table has.
@@ -31,7 +30,7 @@ pub struct MissingEnergy {
     density: [f32; CELLS],
 }
 
-static TABLES: Tables<MissingEnergy> = Tables::new();
+static TABLES: Recalled<4, MissingEnergy> = Recalled::new();
 
 /// The least that is held to be missing, far below the error of the table: it keeps averages from 0.
 const LEAST: f64 = 1e-9;
@@ -55,9 +54,7 @@ impl MissingEnergy {
             Microfacets::Beckmann(_) => (1.0, 0.0),
             Microfacets::ShiftedGamma(sgd) => (2.0, sgd.gamma()),
         };
-        let key = [kind, facets.alphas().x, gamma, eta.unwrap_or(0.0)].map(f32::to_le_bytes).concat();
-        let Ok(table) = TABLES.get(&key, || Ok::<_, Infallible>(Self::new(facets, eta)));
-        table
+        TABLES.get([kind, facets.alphas().x, gamma, eta.unwrap_or(0.0)], || Self::new(facets, eta))
     }
 
     fn new(facets: &Microfacets, eta: Option<f32>) -> Self {
@@ -87,7 +84,7 @@ impl MissingEnergy {
     #[inline]
     fn find(&self, cos: f32) -> usize {
         let t = 0.5 * (cos + (cos * (1.0 + self.a) / (cos + self.a)).sqrt());
-        ((t * CELLS as f32) as usize).min(CELLS - 1)
+        ((t * CELLS as f32) as i32 as usize).min(CELLS - 1)
     }
 
     /// 1 − E.
@@ -263,7 +260,7 @@ mod tests {
                 for i in 0..SIDE * SIDE {
                     let u = (vec2((i % SIDE) as f32, (i / SIDE) as f32) + 0.5) / SIDE as f32;
                     let uc = (i as f64 * 0.618_033_988_749_895).fract() as f32;
-                    let (m, _) = by_distribution!(facets, f => f.sample(w, uc, u));
+                    let (m, _) = by_distribution!(facets, f => f.sample(w, area, uc, u));
                     let o_m = w.dot(m);
                     let wi = crate::math::reflect(w, m);
                     if wi.z > 0.0 {

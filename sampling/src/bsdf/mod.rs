@@ -15,6 +15,7 @@ mod blinn_phong;
 mod blinn_torrance;
 mod conductor;
 mod cook_torrance;
+mod delta;
 mod dielectric;
 mod distribution_based;
 mod fresnel;
@@ -37,14 +38,12 @@ mod parts;
 mod phong;
 mod plastic;
 mod principled;
-mod principled_lobes;
 mod quadrature;
 mod rough_conductor;
 mod rough_dielectric;
 mod rough_plastic;
 mod roughness;
 mod shifted_gamma;
-mod slopes;
 mod table;
 mod thin_glass;
 mod v_cavities;
@@ -78,7 +77,7 @@ pub use rough_conductor::RoughConductor;
 pub use rough_dielectric::RoughDielectric;
 pub use rough_plastic::RoughPlastic;
 pub use shifted_gamma::ShiftedGamma;
-use table::Tables;
+use table::{Recalled, Tables};
 pub use table::{Shared, Table};
 pub use thin_glass::ThinGlass;
 pub use ward::Ward;
@@ -154,6 +153,9 @@ pub trait BsdfModel: Copy {
 
     /// The model with these arguments of [`PARAMETERS`](Self::PARAMETERS), each in its domain. It may be another model of the
     /// list, such as a smooth one where the roughness is zero.
+    ///
+    /// Where a texture gives an argument this is called at every hit. So, once the tables of the arguments that are
+    /// [`fixed`](Self::fixed) have been made, it takes no lock, integrates nothing and allocates nothing.
     ///
     /// # Errors
     ///
@@ -371,6 +373,6 @@ models! {
     AshikhminShirley,
     /// A highlight that the user draws.
     DistributionBased,
-    /// A generalised cosine lobe.
+    /// Generalised cosine lobes.
     Lafortune,
 }

@@ -1,6 +1,7 @@
 //! Rough diffuse reflection: V-shaped grooves whose sides are Lambert's.
 
 use super::{Arguments, Bsdf, BsdfModel, BsdfSample, Lobes, Misfit, Parameter, Preset, TransportMode, survival_of};
+use crate::math::elementary::atan2_of_positive;
 use crate::math::{Spectrum, same_hemisphere};
 use crate::warp::{INV_PI, cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf};
 use glam::{Vec2, Vec3};
@@ -76,7 +77,8 @@ impl OrenNayar {
         let cos_phi = (along / sines).clamp(-1.0, 1.0);
         let sin_phi = (wo.x * wi.y - wo.y * wi.x) / sines;
         // 1 − 2α/π and 1 − 2β/π, with their own digits at the horizon.
-        let (above_alpha, above_beta) = (FRAC_2_PI * cos_alpha.atan2(sin_alpha), FRAC_2_PI * cos_beta.atan2(sin_beta));
+        let above = |cos: f32, sin: f32| FRAC_2_PI * atan2_of_positive(cos, sin);
+        let (above_alpha, above_beta) = (above(cos_alpha, sin_alpha), above(cos_beta, sin_beta));
         let (a, b) = (1.0 - above_alpha, 1.0 - above_beta);
         let mut once = self.facing;
         if along >= 0.0 {
@@ -116,7 +118,7 @@ impl OrenNayar {
 /// (cos, sin) of α and β, the polar angles of two directions, β being the smaller one.
 #[inline]
 fn steeper_last(wo: Vec3, wi: Vec3) -> ((f32, f32), (f32, f32)) {
-    let of = |w: Vec3| (w.z, w.x.hypot(w.y));
+    let of = |w: Vec3| (w.z, (w.x * w.x + w.y * w.y).sqrt());
     if wo.z < wi.z { (of(wo), of(wi)) } else { (of(wi), of(wo)) }
 }
 

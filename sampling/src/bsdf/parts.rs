@@ -1,6 +1,7 @@
 //! Models that are the sum of a diffuse and a glossy part, and sampled by a choice between the two.
 
 use super::{BsdfSample, Lobes, Misfit};
+use crate::math::elementary::{exp, ln, ln_1p};
 use crate::math::{Spectrum, same_hemisphere};
 use crate::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 use glam::{Vec2, Vec3};
@@ -45,7 +46,7 @@ pub trait TwoParts: Copy {
     fn sample_glossy(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<Vec3>;
 
     /// The parts, and the density over both.
-    #[inline]
+    #[inline(always)]
     fn parts_and_density(&self, wo: Vec3, wi: Vec3) -> Option<(Parts, f32)> {
         if !same_hemisphere(wo, wi) {
             return None;
@@ -57,14 +58,14 @@ pub trait TwoParts: Copy {
     }
 
     /// f_s of these lobes, and the density over both.
-    #[inline]
+    #[inline(always)]
     fn value_and_density(&self, wo: Vec3, wi: Vec3, lobes: Lobes) -> (Spectrum, f32) {
         let both = self.parts_and_density(wo, wi);
         both.map_or((Spectrum::ZERO, 0.0), |(parts, pdf)| (parts.value(lobes), pdf))
     }
 
     /// A direction by either part.
-    #[inline]
+    #[inline(always)]
     fn sample_parts(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample> {
         if wo.z == 0.0 {
             return None;
@@ -171,23 +172,26 @@ pub fn without_gain(kd: Spectrum, ks: Spectrum) -> Result<(), Misfit> {
 const LEAST: f32 = 1e-30;
 
 /// exp(−x) of x ≥ 0, or 0 below 10⁻³⁰.
-#[inline]
+#[inline(always)]
 pub fn exp_of_minus(x: f32) -> f32 {
-    let value = (-x).exp();
+    let value = exp(-x);
     if value >= LEAST { value } else { 0.0 }
 }
 
 /// cosⁿθ of the angle between two unit vectors, given the square of their distance, 2 − 2 cos θ; 0 from 90° on.
-#[inline]
+#[inline(always)]
 pub fn power_of_cosine(distance2: f32, n: f32) -> f32 {
     if distance2 >= 2.0 {
         return 0.0;
     }
-    exp_of_minus(-n * (-0.5 * distance2).ln_1p())
+    exp_of_minus(-n * ln_1p(-0.5 * distance2))
 }
 
 /// −ln cos θ of a direction in the upper hemisphere, exact near the pole and near the horizon.
-#[inline]
+#[inline(always)]
 pub fn minus_ln_cos(w: Vec3) -> f32 {
-    if w.z < 0.7 { -w.z.ln() } else { -0.5 * (-(w.x * w.x + w.y * w.y)).ln_1p() }
+    if w.z < 0.7 {
+        return -ln(w.z);
+    }
+    -0.5 * ln_1p(-(w.x * w.x + w.y * w.y))
 }

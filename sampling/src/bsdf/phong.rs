@@ -7,7 +7,7 @@ use crate::warp::{INV_2PI, INV_PI, power_cosine_hemisphere, power_cosine_hemisph
 use glam::{Vec2, Vec3};
 
 /// f_s = kd/π + ks (n + 2)/2π cosⁿα, with α in [0, π/2] the angle between `wi` and the mirror image of `wo`
-/// [Phong75; Lafortune94, (1)–(2)].
+/// [Phong75; Lafortune94].
 ///
 /// The directional albedo is kd + ks at the normal and less elsewhere: the part of the lobe below the horizon is lost, at
 /// grazing angles half of it and, by the cosine, nearly all of the rest. The glossy part is sampled by its lobe
@@ -28,12 +28,12 @@ impl Phong {
 }
 
 impl TwoParts for Phong {
-    #[inline]
+    #[inline(always)]
     fn diffuse_pmf(&self, _wo: Vec3) -> f32 {
         self.diffuse_pmf
     }
 
-    #[inline]
+    #[inline(always)]
     fn parts(&self, wo: Vec3, wi: Vec3) -> Parts {
         // The distance from the mirror image, (−x, −y, z), says more of small angles than their cosine.
         let distance2 = Vec3::new(wo.x + wi.x, wo.y + wi.y, wo.z - wi.z).length_squared();
@@ -45,7 +45,7 @@ impl TwoParts for Phong {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn sample_glossy(&self, wo: Vec3, _uc: f32, u: Vec2) -> Option<Vec3> {
         let mirrored = Frame::from_z(Vec3::new(-wo.x, -wo.y, wo.z));
         let wi = mirrored.to_world(power_cosine_hemisphere(u, self.n));

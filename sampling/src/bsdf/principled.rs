@@ -1,13 +1,15 @@
 //! Disney's principled model.
 
+mod lobes;
 mod settings;
 
 pub use settings::PrincipledSettings;
 
+use lobes::{clearcoat_span, gtr1, sample_gtr1};
+
 use super::fresnel::schlick;
-use super::principled_lobes::{clearcoat_span, gtr1, sample_gtr1};
 use super::{
-    Arguments, Bsdf, BsdfModel, BsdfSample, Ggx, Lobes, Misfit, Parameter, Preset, RoughDielectric, TransportMode,
+    Arguments, Bsdf, BsdfModel, BsdfSample, Ggx, Lobes, Misfit, Parameter, RoughDielectric, TransportMode,
     fresnel_dielectric, survival_of,
 };
 use crate::math::{Spectrum, reflect, same_hemisphere};
@@ -221,61 +223,21 @@ impl BsdfModel for Principled {
     const NAME: &'static str = "principled";
     const ABOUT: &'static str =
         "Disney's principled model: plastic, metal, cloth, lacquer and glass by a dozen sliders";
-    const PARAMETERS: &'static [Parameter] = &[
-        Parameter::colour("base_color", "colour of the surface", 0.0, 1.0, Preset::Number(0.5)),
-        Parameter::number("metallic", "share of a metal", 0.0, 1.0, Preset::Number(0.0)),
-        Parameter::number("subsurface", "share of flat subsurface scattering", 0.0, 1.0, Preset::Number(0.0)),
-        Parameter::INDEX,
-        Parameter::number("specular_tint", "hue of the dielectric's highlight", 0.0, 1.0, Preset::Number(0.0)),
-        Parameter::number("roughness", "perceptual roughness, √α, with α at least 10⁻⁴", 0.0, 1.0, Preset::Number(0.5)),
-        Parameter::number("anisotropic", "how far highlights are drawn out", 0.0, 1.0, Preset::Number(0.0)),
-        Parameter::number("sheen", "strength of the sheen of cloth", 0.0, 1.0, Preset::Number(0.0)),
-        Parameter::number("sheen_tint", "hue of the sheen", 0.0, 1.0, Preset::Number(0.5)),
-        Parameter::number("clearcoat", "strength of the clear coat", 0.0, 1.0, Preset::Number(0.0)),
-        Parameter::number("clearcoat_gloss", "gloss of the clear coat", 0.0, 1.0, Preset::Number(1.0)),
-        Parameter::number("spec_trans", "share of glass", 0.0, 1.0, Preset::Number(0.0)),
-    ];
+    const PARAMETERS: &'static [Parameter] = PrincipledSettings::PARAMETERS;
     /// The largest over the parameters is 2.67, at grazing angles of a white and sheeny surface of roughness 1 under clearcoat
     /// in a medium of a hundred times its index, which itself reflects all (`principled/tests.rs` measures it). With an index
     /// of 1.5 it is 1.78.
     const MAX_ALBEDO: f32 = 2.7;
 
     fn from_arguments(arguments: &Arguments) -> Result<Bsdf, Misfit> {
-        let [base_color, numbers @ ..] = arguments.all::<12>();
-        let [
-            metallic,
-            subsurface,
-            eta,
-            specular_tint,
-            roughness,
-            anisotropic,
-            sheen,
-            sheen_tint,
-            clearcoat,
-            clearcoat_gloss,
-            spec_trans,
-        ] = numbers.map(super::Argument::number);
-        if eta == 1.0 && spec_trans > 0.0 {
+        let settings = PrincipledSettings::of(arguments);
+        if settings.eta == 1.0 && settings.spec_trans > 0.0 {
             return Err(Misfit::new(
                 "eta",
                 "give another index than 1, at which glass has no surface, or no `spec_trans`",
             ));
         }
-        Ok(Self::new(PrincipledSettings {
-            base_color: base_color.colour(),
-            metallic,
-            subsurface,
-            eta,
-            specular_tint,
-            roughness,
-            anisotropic,
-            sheen,
-            sheen_tint,
-            clearcoat,
-            clearcoat_gloss,
-            spec_trans,
-        })
-        .into())
+        Ok(Self::new(settings).into())
     }
 
     #[inline]
@@ -384,6 +346,7 @@ impl BsdfModel for Principled {
                 ..white
             }),
             Self::new(PrincipledSettings { roughness: 0.0, metallic: 1.0, ..white }),
+            Self::new(PrincipledSettings { roughness: 0.0, ..usual }),
             Self::new(PrincipledSettings {
                 base_color: violet,
                 sheen: 1.0,

@@ -1,7 +1,7 @@
 //! One-dimensional integrals for tables, by Gauss's rule.
 
 /// Nodes and weights of Gauss's rule of five points on [0, 1].
-const GAUSS: [(f64, f64); 5] = [
+pub const GAUSS: [(f64, f64); 5] = [
     (0.046_910_077_030_668_0, 0.118_463_442_528_094_5),
     (0.230_765_344_947_158_45, 0.239_314_335_249_683_2),
     (0.5, 0.284_444_444_444_444_4),

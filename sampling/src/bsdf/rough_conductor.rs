@@ -6,7 +6,7 @@
 use super::metals::{complex_index, index_of_reflectance};
 use super::microfacets::{Distribution, by_distribution, joint_area};
 use super::missing_energy::MissingEnergy;
-use super::quadrature::integrate;
+use super::quadrature::GAUSS;
 use super::roughness::{is_compensated, microfacets};
 use super::{
     Arguments, Beckmann, Bsdf, BsdfModel, BsdfSample, Conductor, Ggx, Lobes, Microfacets, Misfit, Parameter, Shared,
@@ -17,9 +17,9 @@ use crate::math::{Spectrum, reflect, same_hemisphere};
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// f_s = F(wo·m) D(m) G₂(wo, wi) / (4 |cos θ_o| |cos θ_i|) with the half vector m [Walter07, (20)].
+/// f_s = F(wo·m) D(m) G₂(wo, wi) / (4 |cos θ_o| |cos θ_i|) with the half vector m `[Walter07]`.
 ///
-/// D is any of [`Microfacets`], G₂ is Smith's for correlated heights [Heitz14, (99)], F exact for the complex index. Visible
+/// D is any of [`Microfacets`], G₂ is Smith's for correlated heights `[Heitz14]`, F exact for the complex index. Visible
 /// normals are sampled, or nearly so ([`ShiftedGamma`]). Light scattered more than once among the facets is lost, at α = 1 seven tenths of it (GGX at normal
 /// incidence: ln 2), or [compensated](Self::compensated).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,13 +75,14 @@ impl RoughConductor {
     ///
     /// What single scattering would lose if nothing were absorbed is given back, times F̄² Ē / (1 − F̄ (1 − Ē)): the share that
     /// survives two or more reflections, each of which absorbs 1 − F̄ and after the second of which Ē leaves. F̄ is the mean
-    /// of F over directions with the density cos θ / π. So a metal that absorbs nothing loses nothing.
+    /// of F over directions with the density cos θ / π, to 3·10⁻⁴. So a metal that absorbs nothing loses nothing.
     #[must_use]
     pub fn compensated(self) -> Self {
         let missing = MissingEnergy::of_mirrors(&self.facets);
-        let fresnel = |cos: f64| fresnel_conductor(cos as f32, self.eta, self.k).to_array();
-        let channel = |c: usize| integrate(0.0, 1.0, 8, |cos| 2.0 * cos * f64::from(fresnel(cos)[c])) as f32;
-        let average = Spectrum::new(channel(0), channel(1), channel(2));
+        // Few nodes: a texture that gives the reflectance has this done at every hit.
+        let mean =
+            |(cos, weight): (f64, f64)| fresnel_conductor(cos as f32, self.eta, self.k) * (2.0 * cos * weight) as f32;
+        let average: Spectrum = GAUSS.into_iter().map(mean).sum();
         let lost = missing.average();
         let tint = average * average * (1.0 - lost) / (Spectrum::ONE - average * lost);
         Self { echo: Some(Echo { missing, tint }), ..self }
@@ -125,14 +126,15 @@ impl RoughConductor {
     /// A sample of the first lobe, above the surface.
     #[inline(always)]
     fn sample_once(&self, facets: &impl Distribution, wo: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample> {
-        let (m, _) = facets.sample(wo, uc, u);
+        let area_o = facets.area(wo);
+        let (m, _) = facets.sample(wo, area_o, uc, u);
         let o_m = wo.dot(m);
         let wi = reflect(wo, m);
         // Below the horizon another facet is met; wo·m ≤ 0 is rounding at grazing angles.
         if wi.z <= 0.0 || o_m <= 0.0 {
             return None;
         }
-        let (area_o, area_i) = (facets.area(wo), facets.area(wi));
+        let area_i = facets.area(wi);
         let sampled = facets.sampled_area(wo, area_o, o_m, m);
         let pdf = 0.25 * facets.d(m) / sampled;
         // The density cancels D.
@@ -191,7 +193,7 @@ impl BsdfModel for RoughConductor {
         if self.echo.is_some() || matches!(self.facets, Microfacets::ShiftedGamma(_)) {
             return &["roughness", "alpha", "alpha_x", "alpha_y", "gamma"];
         }
-        &[]
+        &["gamma"]
     }
 
     fn is_anisotropic(&self) -> bool {
@@ -310,7 +312,18 @@ mod tests {
         };
         let (word, number) = (Argument::Choice, Argument::Number);
         let (alpha_x, alpha_y) = (("alpha_x", number(0.1)), ("alpha_y", number(0.2)));
-        assert_eq!(from(&[("roughness", number(0.0))]).expect("a model").name(), "conductor");
+        let smooth = from(&[("roughness", number(0.0))]).expect("a model");
+        assert_eq!(smooth.name(), "conductor");
+        for (distribution, least) in [Ggx::MIN_ALPHA, Beckmann::MIN_ALPHA, ShiftedGamma::MIN_ALPHA].iter().enumerate() {
+            let of_width = |alpha| from(&[("distribution", word(distribution)), ("alpha", number(alpha))]);
+            for alpha in [0.0, 1e-8, least.next_down()] {
+                assert_eq!(of_width(alpha), Ok(smooth), "{distribution} {alpha}");
+            }
+            assert_eq!(of_width(*least).expect("a model").name(), "rough_conductor", "{distribution}");
+        }
+        let drawn_out = from(&[("alpha_x", number(0.3)), ("alpha_y", number(1e-8))]).expect("a model");
+        let Bsdf::RoughConductor(drawn_out) = drawn_out else { panic!("{drawn_out:?}") };
+        assert_eq!(drawn_out.facets.alphas(), glam::vec2(0.3, Ggx::MIN_ALPHA));
         assert_eq!(from(&[("metal", word(0)), alpha_x, alpha_y]).expect("a model").name(), "rough_conductor");
         assert_eq!(
             from(&[("distribution", word(2)), ("gamma", number(0.5))]).expect("a model").name(),
@@ -319,7 +332,6 @@ mod tests {
         for wrong in [
             vec![("gamma", number(0.5))],
             vec![("multiple_scattering", word(1)), alpha_x, alpha_y],
-            vec![("distribution", word(1)), ("alpha", number(1e-4))],
             vec![("metal", word(0)), ("reflectance", Argument::Colour(Spectrum::ONE))],
         ] {
             assert!(from(&wrong).is_err(), "{wrong:?}");

@@ -3,10 +3,9 @@
 //! What is on the way of every sample is always inlined: left to itself, the compiler passes samples through memory, which
 //! costs up to a quarter of the time.
 
-use super::fresnel::{DielectricFresnel, fresnel_dielectric};
+use super::fresnel::{DielectricFresnel, diffuse_transmittance, fresnel_dielectric};
 use super::microfacets::{Distribution, by_distribution, joint_area};
 use super::missing_energy::MissingEnergy;
-use super::quadrature::integrate;
 use super::roughness::{is_compensated, microfacets};
 use super::{
     Arguments, Beckmann, Bsdf, BsdfModel, BsdfSample, Dielectric, Ggx, Lobes, Microfacets, Misfit, Parameter, Shared,
@@ -16,10 +15,10 @@ use crate::math::{Spectrum, reflect};
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// Reflection [Walter07, (20)] and refraction [Walter07, (21)] by facets, chosen by Fresnel's equations at the facet.
+/// Reflection `[Walter07]` and refraction [Walter07, (21)] by facets, chosen by Fresnel's equations at the facet.
 ///
 /// D is any of [`Microfacets`]; visible normals are sampled, or nearly so ([`ShiftedGamma`]). G₂ of a reflection is Smith's for correlated heights
-/// [Heitz14, (99)]; the two sides of a refraction are taken as independent, G₁ G₁ [Walter07, (23)]. Light scattered more
+/// `[Heitz14]`; the two sides of a refraction are taken as independent, G₁ G₁ `[Walter07]`. Light scattered more
 /// than once among the facets is lost, or [compensated](Self::compensated).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughDielectric {
@@ -70,18 +69,12 @@ impl RoughDielectric {
         }
         let outside = MissingEnergy::of_interfaces(&self.facets, self.eta);
         let inside = MissingEnergy::of_interfaces(&self.facets, 1.0 / self.eta);
-        // By the thinner side, on which nothing is reflected totally.
-        let eta2 = self.eta * self.eta;
-        let index = self.eta.max(1.0 / self.eta);
-        let diffuse = |cos: f64| 2.0 * cos * f64::from(fresnel_dielectric(cos as f32, index).transmitted);
-        let thin = integrate(0.0, 1.0, 16, diffuse) as f32;
-        let from_outside = if self.eta > 1.0 { thin } else { thin * eta2 };
-        let exchanged = from_outside * outside.average().min(inside.average());
+        let exchanged = diffuse_transmittance(self.eta) * outside.average().min(inside.average());
         let side = |missing: Shared<MissingEnergy>, scale: f32| Beyond {
             missing,
             transmitted: exchanged / (scale * missing.average()),
         };
-        Self { echo: Some(Echo { outside: side(outside, 1.0), inside: side(inside, eta2) }), ..self }
+        Self { echo: Some(Echo { outside: side(outside, 1.0), inside: side(inside, self.eta * self.eta) }), ..self }
     }
 
     /// The index on the far side of the interface relative to that on the side of `wo`.
@@ -183,13 +176,13 @@ impl RoughDielectric {
         u: Vec2,
         mode: TransportMode,
     ) -> Option<BsdfSample> {
-        let (m, uc) = facets.sample(wo, uc, u);
+        let area_o = facets.area(wo);
+        let (m, uc) = facets.sample(wo, area_o, uc, u);
         let o_m = wo.dot(m);
         if o_m <= 0.0 {
             return None;
         }
         let DielectricFresnel { reflected, transmitted, cos_t: i_m } = fresnel_dielectric(o_m, eta);
-        let area_o = facets.area(wo);
         let sampled = facets.sampled_area(wo, area_o, o_m, m);
         let visible = facets.d(m) / sampled;
         if uc < reflected || transmitted == 0.0 {
@@ -268,7 +261,7 @@ impl BsdfModel for RoughDielectric {
         if self.echo.is_some() || matches!(self.facets, Microfacets::ShiftedGamma(_)) {
             return &["eta", "roughness", "alpha", "alpha_x", "alpha_y", "gamma"];
         }
-        &["eta"]
+        &["eta", "gamma"]
     }
 
     fn is_anisotropic(&self) -> bool {

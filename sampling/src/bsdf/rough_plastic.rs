@@ -4,20 +4,17 @@ use super::fresnel::fresnel_dielectric;
 use super::plastic::Base;
 use super::roughness::alphas;
 use super::{
-    Arguments, Bsdf, BsdfModel, BsdfSample, Ggx, Lambert, Lobes, Misfit, Parameter, Plastic, Preset, Shared, Tables,
-    TransportMode,
+    Argument, Arguments, Bsdf, BsdfModel, BsdfSample, Ggx, Lambert, Lobes, Misfit, Parameter, Plastic, Preset,
+    Recalled, Shared, TransportMode,
 };
 use crate::math::{Spectrum, reflect, same_hemisphere};
 use crate::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
-use glam::{DVec2, Vec2, Vec3, vec2, vec3};
-use std::convert::Infallible;
-use std::iter::Sum;
-use std::ops::Mul;
+use glam::{DVec2, Vec2, Vec3, Vec4, vec2, vec3};
 
-/// f_s = F D G₂ / (4 |cos θ_o| |cos θ_i|) + T(o) T(i) ρ / (π η² (1 − ρ F̄)): a coat of GGX facets [Walter07, (20)] over a diffuse
+/// f_s = F D G₂ / (4 |cos θ_o| |cos θ_i|) + T(o) T(i) ρ / (π η² (1 − ρ F̄)): a coat of GGX facets `[Walter07]` over a diffuse
 /// base, joined as in [`Plastic`](super::Plastic).
 ///
-/// T(w) = 1 − E(w) is what the facets don't reflect of the light from w, in the manner of [Ashikhmin00, (5)], tabulated; T̄ is
+/// T(w) = 1 − E(w) is what the facets don't reflect of the light from w, in the manner of `[Ashikhmin00]`, tabulated; T̄ is
 /// its mean over the hemisphere, F̄ = 1 − T̄ / η². The facets reflect once: what they would reflect among themselves goes to the
 /// base with the light that they let in. T is taken a thousandth too small, so that the table's error creates no energy: this is
 /// lost where the base is white. A table belongs to an index and is made where that index is first met; an index that varies
@@ -29,8 +26,8 @@ pub struct RoughPlastic {
     ggx: Ggx,
     base: Base,
     survival: f32,
-    /// The place of α among the rows of the table.
-    row: Place,
+    /// The place of α among the columns of the table.
+    column: Place,
     table: Shared<Transmittances>,
 }
 
@@ -46,30 +43,32 @@ impl Place {
     #[inline]
     fn among(entries: usize, x: f32) -> Self {
         let x = x * (entries - 1) as f32;
-        let first = (x as u32).saturating_sub(1).min(entries as u32 - 4);
+        // Of x ≥ 0; this conversion is the cheapest.
+        let first = (x as i32 - 1).clamp(0, entries as i32 - 4);
         let t = x - first as f32;
         let (t1, t2, t3) = (t - 1.0, t - 2.0, t - 3.0);
         // Lagrange's polynomials of the nodes 0, 1, 2, 3.
         let weights = [t1 * t2 * t3 / -6.0, t * t2 * t3 / 2.0, t * t1 * t3 / -2.0, t * t1 * t2 / 6.0];
-        Self { first, weights }
+        Self { first: first as u32, weights }
     }
 
+    /// The mean of the four entries.
     #[inline]
-    fn of<'a, T: Copy + 'a, S: Sum<S> + Mul<f32, Output = S>>(self, list: &'a [T], value: impl Fn(&'a T) -> S) -> S {
-        self.weights.iter().zip(&list[self.first as usize..]).map(|(&weight, entry)| value(entry) * weight).sum()
+    fn of(self, list: &[f32]) -> f32 {
+        self.weights.iter().zip(&list[self.first as usize..]).map(|(weight, entry)| weight * entry).sum()
     }
 }
 
 /// T(w) of rough interfaces of one index, by α and angle.
 struct Transmittances {
-    /// By α, then by [`angle`], the two parts of T: what mirroring facets would lose by meeting it more than once; and what
+    /// By [`angle`], then by α, the two parts of T: what mirroring facets would lose by meeting it more than once; and what
     /// they let in, over T of a smooth interface at the cosine s(w).
-    parts: [[Vec2; Self::ANGLES]; Self::ALPHAS],
+    parts: [[[f32; 2]; Self::ALPHAS]; Self::ANGLES],
     /// T̄, by α.
     means: [f32; Self::MEANS],
 }
 
-static TABLES: Tables<Transmittances> = Tables::new();
+static TABLES: Recalled<1, Transmittances> = Recalled::new();
 
 /// The axis of angles, cos θ (1 + α) / (cos θ + α): T changes where the cosine is near α, and this resolves it for every α.
 #[inline]
@@ -95,20 +94,20 @@ impl Transmittances {
     const MARGIN: f32 = 5e-4;
 
     fn of(eta: f32) -> Shared<Self> {
-        let Ok(table) = TABLES.get(&eta.to_le_bytes(), || Ok::<_, Infallible>(Self::new(eta)));
-        table
+        TABLES.get([eta], || Self::new(eta))
     }
 
     fn new(eta: f32) -> Self {
         let alpha_at = |i: usize, n: usize| (LEAST_ROOT + (1.0 - LEAST_ROOT) * i as f32 / (n - 1) as f32).powi(4);
         let parts = std::array::from_fn(|row| {
-            let alpha = alpha_at(row, Self::ALPHAS);
+            let x = (row as f32 / (Self::ANGLES - 1) as f32).powi(2);
             std::array::from_fn(|column| {
-                let x = (column as f32 / (Self::ANGLES - 1) as f32).powi(2);
+                let alpha = alpha_at(column, Self::ALPHAS);
                 // The inverse of the axis.
                 let cos = (alpha * x / (1.0 + alpha - x)).min(1.0);
                 let [lost, let_in] = facets(eta, alpha, cos, 1024);
-                (1.0 - Self::MARGIN) * vec2(lost, let_in / smooth(eta, alpha, cos)) - vec2(Self::MARGIN, 0.0)
+                let (scale, ratio) = (1.0 - Self::MARGIN, let_in / smooth(eta, alpha, cos));
+                [scale * lost - Self::MARGIN, scale * ratio]
             })
         });
         let mut table = Self { parts, means: [0.0; Self::MEANS] };
@@ -118,20 +117,27 @@ impl Transmittances {
 
     /// T, at the place of α.
     #[inline]
-    fn at(&self, eta: f32, alpha: f32, row: Place, cos: f32) -> f32 {
-        let column = Place::among(Self::ANGLES, angle(cos, alpha));
-        let [lost, ratio] = row.of(&self.parts, |row| column.of(row, |part| *part)).to_array();
-        lost + ratio * smooth(eta, alpha, cos)
+    fn at(&self, eta: f32, alpha: f32, column: Place, cos: f32) -> f32 {
+        let row = Place::among(Self::ANGLES, angle(cos, alpha));
+        let [a, b, c, d] = column.weights;
+        let (first, last) = (Vec4::new(a, a, b, b), Vec4::new(c, c, d, d));
+        let mut sum = Vec4::ZERO;
+        for (weight, parts) in row.weights.into_iter().zip(&self.parts[row.first as usize..]) {
+            // Both parts at two α in four lanes.
+            let parts = parts[column.first as usize..][..4].as_flattened();
+            sum += weight * (first * Vec4::from_slice(&parts[..4]) + last * Vec4::from_slice(&parts[4..]));
+        }
+        (sum.x + sum.z) + (sum.y + sum.w) * smooth(eta, alpha, cos)
     }
 
     /// ∫ T 2 cos d cos of the table's own T.
     fn mean(&self, eta: f32, alpha: f32) -> f32 {
         const NODES: u32 = 512;
-        let row = Place::among(Self::ALPHAS, alpha_axis(alpha));
+        let column = Place::among(Self::ALPHAS, alpha_axis(alpha));
         // The nodes are dense where the cosine is small.
         let node = |i: u32| (f64::from(i) + 0.5) / f64::from(NODES);
         let sum: f64 = (0..NODES)
-            .map(|i| 4.0 * node(i).powi(3) * f64::from(self.at(eta, alpha, row, node(i).powi(2) as f32)))
+            .map(|i| 4.0 * node(i).powi(3) * f64::from(self.at(eta, alpha, column, node(i).powi(2) as f32)))
             .sum();
         (sum / f64::from(NODES)) as f32
     }
@@ -174,16 +180,16 @@ impl RoughPlastic {
     pub fn new(albedo: Spectrum, eta: f32, alpha: f32) -> Self {
         let table = Transmittances::of(eta);
         let axis = alpha_axis(alpha);
-        let mean = Place::among(Transmittances::MEANS, axis).of(&table.means, |mean| *mean);
-        let row = Place::among(Transmittances::ALPHAS, axis);
+        let mean = Place::among(Transmittances::MEANS, axis).of(&table.means);
+        let column = Place::among(Transmittances::ALPHAS, axis);
         let base = Base::new(albedo, eta, mean);
         let survival = (1.0 - mean + base.share(mean)).min(1.0);
-        Self { eta, alpha, ggx: Ggx::new(alpha, alpha), base, survival, row, table }
+        Self { eta, alpha, ggx: Ggx::new(alpha, alpha), base, survival, column, table }
     }
 
     #[inline]
     fn transmittance(&self, w: Vec3) -> f32 {
-        self.table.at(self.eta, self.alpha, self.row, w.z.abs())
+        self.table.at(self.eta, self.alpha, self.column, w.z.abs())
     }
 
     /// The probability of the coat's lobe: its share of what is reflected.
@@ -192,14 +198,13 @@ impl RoughPlastic {
         (1.0 - t_o) / (1.0 - t_o + self.base.share(t_o))
     }
 
-    /// The values of the coat and of the base, and the density, for directions of one side with the half vector `m`.
+    /// The values of the coat and of the base, and the density, for directions of one side with the half vector `m`, and T(wo).
     #[inline]
-    fn at(&self, wo: Vec3, wi: Vec3, m: Vec3, o_m: f32) -> (Spectrum, Spectrum, f32) {
+    fn at(&self, wo: Vec3, wi: Vec3, t_o: f32, m: Vec3, o_m: f32) -> (Spectrum, Spectrum, f32) {
         let (cos_o, cos_i) = (wo.z.abs(), wi.z.abs());
         let (span_o, span_i) = (self.ggx.span(wo), self.ggx.span(wi));
         let d = self.ggx.d(m);
         let coat = fresnel_dielectric(o_m.min(1.0), self.eta).reflected * (0.5 * d / (span_o * cos_i + span_i * cos_o));
-        let t_o = self.transmittance(wo);
         let pmf = self.coat_pmf(t_o);
         // 1 − pmf, with its own digits where T is small.
         let base_pmf = self.base.share(t_o) / (1.0 - t_o + self.base.share(t_o));
@@ -216,7 +221,7 @@ impl RoughPlastic {
         }
         // The directions are unit, so wo·m = |wo + wi| / 2, which does not cancel at grazing angles.
         let length = length2.sqrt();
-        Some(self.at(wo, wi, sum / length, 0.5 * length))
+        Some(self.at(wo, wi, self.transmittance(wo), sum / length, 0.5 * length))
     }
 }
 
@@ -233,7 +238,7 @@ impl BsdfModel for RoughPlastic {
     fn from_arguments(arguments: &Arguments) -> Result<Bsdf, Misfit> {
         let [albedo, eta, roughness, alpha] = arguments.all();
         let (albedo, eta) = (albedo.colour(), eta.number());
-        let alphas = alphas([roughness, alpha, super::Argument::Absent, super::Argument::Absent])?;
+        let alphas = alphas([roughness, alpha, Argument::Absent, Argument::Absent], Ggx::MIN_ALPHA)?;
         Ok(match alphas {
             _ if eta == 1.0 => Lambert { albedo }.into(),
             Some((alpha, _)) => Self::new(albedo, eta, alpha).into(),
@@ -265,7 +270,8 @@ impl BsdfModel for RoughPlastic {
         }
         // The surface is its own mirror image, so work above it and come back.
         let above = wo.with_z(wo.z.abs());
-        let (m, wi, lobe) = if uc < self.coat_pmf(self.transmittance(above)) {
+        let t_o = self.transmittance(above);
+        let (m, wi, lobe) = if uc < self.coat_pmf(t_o) {
             let m = self.ggx.sample_visible(above, u);
             (m, reflect(above, m), Lobes::GLOSSY_REFLECTION)
         } else {
@@ -277,7 +283,7 @@ impl BsdfModel for RoughPlastic {
             return None;
         }
         // With the sampled normal, not one recomputed from `wi`: D then cancels in the weight, however narrow it is.
-        let (coat, base, pdf) = self.at(above, wi, m, o_m);
+        let (coat, base, pdf) = self.at(above, wi, t_o, m, o_m);
         let weight = (coat + base) * (wi.z / pdf);
         Some(BsdfSample { wi: wi.with_z(wi.z.copysign(wo.z)), weight, pdf, lobe, eta: 1.0 })
     }
@@ -322,11 +328,11 @@ mod tests {
         for eta in [1.01, 1.33, 1.5, 2.4, 10.0] {
             let table = Transmittances::of(eta);
             for alpha in alphas {
-                let row = Place::among(Transmittances::ALPHAS, alpha_axis(alpha));
+                let column = Place::among(Transmittances::ALPHAS, alpha_axis(alpha));
                 for cos in (0..16).map(|i| ((i as f32 + 0.5) / 16.0).powi(3)) {
                     for cos in [cos, (cos * alpha * 4.0).min(1.0)] {
                         let exact: f32 = facets(eta, alpha, cos, 4096).iter().sum();
-                        let stored = table.at(eta, alpha, row, cos);
+                        let stored = table.at(eta, alpha, column, cos);
                         let what = format!("{eta} {alpha} {cos}: {stored} for {exact}");
                         assert!(stored > 0.0 && stored <= 1.0, "{what}");
                         assert!(stored - exact < 1e-4 && exact - stored < 3e-3, "{what}");

@@ -5,10 +5,26 @@ use super::{Argument, Beckmann, Ggx, Microfacets, Misfit, Parameter, Preset, Shi
 impl Parameter {
     /// Perceptual roughness.
     pub const ROUGHNESS: Self =
-        Self::number("roughness", "perceptual roughness, √α; 0 is smooth", 0.0, 1.0, Preset::Absent);
+        Self::number("roughness", "perceptual roughness, √α; smooth where α is", 0.0, 1.0, Preset::Absent);
     /// The width of the distribution of normals.
-    pub const ALPHA: Self =
-        Self::number("alpha", "width α of the distribution of normals; 0 is smooth", 0.0, 1.0, Preset::Absent);
+    pub const ALPHA: Self = Self::number(
+        "alpha",
+        "width α of the distribution of normals; below 0.0001 (0.0002 of `beckmann` and `sgd`) smooth",
+        0.0,
+        1.0,
+        Preset::Absent,
+    );
+    /// Perceptual roughness of a lobe that has no smooth limit among the models.
+    pub const LOBE_ROUGHNESS: Self =
+        Self::number("roughness", "perceptual roughness, √α, with α at least 0.0001", 0.0, 1.0, Preset::Absent);
+    /// The width of such a lobe.
+    pub const LOBE_ALPHA: Self = Self::number(
+        "alpha",
+        "width α of the distribution of normals; below 0.0001 it is taken as that",
+        0.0,
+        1.0,
+        Preset::Absent,
+    );
     /// The same along x.
     pub const ALPHA_X: Self = Self::number("alpha_x", "α along the tangent", 0.0, 1.0, Preset::Absent);
     /// The same along y.
@@ -37,16 +53,20 @@ const USUAL_ALPHA: f32 = 0.1;
 /// α_x and α_y from [`Parameter::ROUGHNESS`], [`Parameter::ALPHA`], [`Parameter::ALPHA_X`] and [`Parameter::ALPHA_Y`], of
 /// which one way is given; `None` where the surface is smooth.
 ///
+/// A width below `least` is one that directions in `f32` do not resolve. If both are, the surface is smooth; if one is, it is
+/// taken as `least`: the lobe is drawn out along the other, and as narrow as it can be.
+///
 /// # Errors
 ///
-/// More than one way is given, or half of one, or a width below [`Ggx::MIN_ALPHA`] that isn't 0.
-pub fn alphas([roughness, alpha, alpha_x, alpha_y]: [Argument; 4]) -> Result<Option<(f32, f32)>, Misfit> {
+/// More than one way is given, or half of one.
+#[inline]
+pub fn alphas([roughness, alpha, alpha_x, alpha_y]: [Argument; 4], least: f32) -> Result<Option<(f32, f32)>, Misfit> {
     let both = (alpha_x.given_number(), alpha_y.given_number());
-    let (name, x, y) = match (roughness.given_number(), alpha.given_number(), both) {
-        (None, None, (None, None)) => ("alpha", USUAL_ALPHA, USUAL_ALPHA),
-        (Some(roughness), None, (None, None)) => ("roughness", roughness * roughness, roughness * roughness),
-        (None, Some(alpha), (None, None)) => ("alpha", alpha, alpha),
-        (None, None, (Some(x), Some(y))) => ("alpha_x", x, y),
+    let (x, y) = match (roughness.given_number(), alpha.given_number(), both) {
+        (None, None, (None, None)) => (USUAL_ALPHA, USUAL_ALPHA),
+        (Some(roughness), None, (None, None)) => (roughness * roughness, roughness * roughness),
+        (None, Some(alpha), (None, None)) => (alpha, alpha),
+        (None, None, (Some(x), Some(y))) => (x, y),
         (None, None, _) => return Err(Misfit::new("alpha_x", "give both `alpha_x` and `alpha_y`, or `alpha` alone")),
         (Some(_), ..) => {
             return Err(Misfit::new("roughness", "give either `roughness`, or `alpha`, which is its square"));
@@ -55,14 +75,18 @@ pub fn alphas([roughness, alpha, alpha_x, alpha_y]: [Argument; 4]) -> Result<Opt
             return Err(Misfit::new("alpha", "give either `alpha`, or `alpha_x` and `alpha_y`"));
         }
     };
-    if x == 0.0 && y == 0.0 {
-        return Ok(None);
-    }
-    if x.min(y) < Ggx::MIN_ALPHA {
-        let least = if name == "roughness" { Ggx::MIN_ALPHA.sqrt() } else { Ggx::MIN_ALPHA };
-        return Err(Misfit::new(name, format!("give at least {least}, or 0 for a surface that is smooth all round")));
-    }
-    Ok(Some((x, y)))
+    Ok((x.max(y) >= least).then(|| (x.max(least), y.max(least))))
+}
+
+/// The same of a lobe that has no smooth limit among the models: both widths are at least [`Ggx::MIN_ALPHA`].
+///
+/// # Errors
+///
+/// Those of [`alphas`].
+#[inline]
+pub fn lobe_alphas(arguments: [Argument; 4]) -> Result<(f32, f32), Misfit> {
+    const LEAST: f32 = Ggx::MIN_ALPHA;
+    Ok(alphas(arguments, LEAST)?.unwrap_or((LEAST, LEAST)))
 }
 
 /// The distribution from [`Parameter::DISTRIBUTION`], [`Parameter::GAMMA`] and the arguments of [`alphas`]; `None` where the
@@ -70,18 +94,14 @@ pub fn alphas([roughness, alpha, alpha_x, alpha_y]: [Argument; 4]) -> Result<Opt
 ///
 /// # Errors
 ///
-/// Those of [`alphas`], a width that is too small for the distribution, and a γ for one that has none.
+/// Those of [`alphas`], and a γ for a distribution that has none.
 pub fn microfacets([distribution, gamma, a, b, c, d]: [Argument; 6]) -> Result<Option<Microfacets>, Misfit> {
     let (distribution, gamma) = (distribution.choice(), gamma.given_number());
     if gamma.is_some() && distribution != 2 {
         return Err(Misfit::new("gamma", "leave it out, or give `distribution = \"sgd\"`, which alone has it"));
     }
-    let Some((x, y)) = alphas([a, b, c, d])? else { return Ok(None) };
     let least = [Ggx::MIN_ALPHA, Beckmann::MIN_ALPHA, ShiftedGamma::MIN_ALPHA][distribution];
-    if x.min(y) < least {
-        let mend = format!("give an α of at least {least} with this distribution, or 0 for a surface that is smooth");
-        return Err(Misfit::new("distribution", mend));
-    }
+    let Some((x, y)) = alphas([a, b, c, d], least)? else { return Ok(None) };
     Ok(Some(match distribution {
         0 => Ggx::new(x, y).into(),
         1 => Beckmann::new(x, y).into(),

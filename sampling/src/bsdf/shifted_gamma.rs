@@ -2,10 +2,10 @@
 
 use super::microfacets::{Distribution, happens};
 use super::quadrature::integrate;
-use super::{Shared, Tables};
+use super::{Recalled, Shared};
+use crate::math::elementary::{exp, exp_m1, ln};
 use crate::warp::sin_cos_turns;
 use glam::{Vec2, Vec3, vec2, vec3};
-use std::convert::Infallible;
 use std::f32::consts::PI;
 
 /// The shifted-gamma distribution (SGD) of [Bagher12, section 4], fitted there to measured metals and plastics: between
@@ -46,7 +46,7 @@ const NOTHING: f32 = 1e-25;
 /// −ln of the smallest share that a random number in `f32` can be, 2⁻²⁴.
 const MAX_LOG_SHARE: f32 = 16.64;
 
-static TABLES: Tables<Shape> = Tables::new();
+static TABLES: Recalled<2, Shape> = Recalled::new();
 
 impl ShiftedGamma {
     /// The smallest roughness for which directions in `f32` resolve the lobe for every γ, 2·10⁻⁴.
@@ -56,9 +56,7 @@ impl ShiftedGamma {
     pub fn new(alpha_x: f32, alpha_y: f32, gamma: f32) -> Self {
         debug_assert!(alpha_x > 0.0 && alpha_y > 0.0 && gamma >= 0.0, "{alpha_x}, {alpha_y}, {gamma}");
         let alpha = (alpha_x * alpha_y).sqrt();
-        let bytes = [alpha.to_le_bytes(), gamma.to_le_bytes()].concat();
-        let Ok(table) = TABLES.get(&bytes, || Ok::<_, Infallible>(Shape::new(alpha, gamma)));
-        Self { alpha_x, alpha_y, table }
+        Self { alpha_x, alpha_y, table: TABLES.get([alpha, gamma], || Shape::new(alpha, gamma)) }
     }
 
     /// The two roughnesses.
@@ -75,20 +73,20 @@ impl ShiftedGamma {
     /// The squared length q of the slopes over their roughness that this share exceeds.
     #[inline]
     pub fn quantile(&self, share: f32) -> f32 {
-        self.table.spread * self.table.quantiles.at(-share.ln() / MAX_LOG_SHARE).exp_m1().max(0.0)
+        self.table.spread * exp_m1(self.table.quantiles.at(-ln(share) / MAX_LOG_SHARE)).max(0.0)
     }
 
     /// The density [1/area] of slopes over their roughness, given the square q of their length.
     #[inline]
     pub fn slopes(&self, q: f32) -> f32 {
         let Shape { alpha, gamma, spread, .. } = *self.table;
-        (-alpha * q - gamma * (1.0 + q).ln()).exp() / (PI * spread)
+        exp(-alpha * q - gamma * ln(1.0 + q)) / (PI * spread)
     }
 }
 
 impl Distribution for ShiftedGamma {
     /// The density D(m) of normals [1/sr], for `m` in the upper hemisphere; ∫ D(m) cos θ_m dm = 1.
-    #[inline]
+    #[inline(always)]
     fn d(&self, m: Vec3) -> f32 {
         let (x, y, z2) = (m.x / self.alpha_x, m.y / self.alpha_y, m.z * m.z);
         let slopes = self.slopes((x * x + y * y) / z2);
@@ -97,7 +95,7 @@ impl Distribution for ShiftedGamma {
     }
 
     /// The projected area σ(w) = ∫ D(m) ⟨w·m⟩ dm = |z| (1 + Λ) of the facets seen from `w`; Smith's G₁ is |z| / σ.
-    #[inline]
+    #[inline(always)]
     fn area(&self, w: Vec3) -> f32 {
         let (z, sin) = (w.z.abs(), vec2(self.alpha_x * w.x, self.alpha_y * w.y).length());
         // a/(a + scale) with a = z/sin, also where sin = 0.
@@ -107,7 +105,7 @@ impl Distribution for ShiftedGamma {
     /// The area to which normals are sampled: the density of [`sample`](Self::sample) is D(m) ⟨w·m⟩ over this.
     ///
     /// It is exact where the mirror image of `m` about the z axis is visible as well, and 2 D(m) cos θ_m elsewhere.
-    #[inline]
+    #[inline(always)]
     fn sampled_area(&self, w: Vec3, _area: f32, o_m: f32, m: Vec3) -> f32 {
         w.z.abs().max(0.5 * o_m / m.z)
     }
@@ -117,8 +115,8 @@ impl Distribution for ShiftedGamma {
     /// Visible normals would need a table of three dimensions. So m is sampled by D(m) cos θ_m, with tabulated quantiles of its
     /// slope, and turned by half a turn about z with the probability that makes it and its image as likely as they are large
     /// when seen from `w`.
-    #[inline]
-    fn sample(&self, w: Vec3, uc: f32, u: Vec2) -> (Vec3, f32) {
+    #[inline(always)]
+    fn sample(&self, w: Vec3, _area: f32, uc: f32, u: Vec2) -> (Vec3, f32) {
         let slope = self.quantile(1.0 - u.x).sqrt();
         let (sin, cos) = sin_cos_turns(u.y);
         let m = vec3(self.alpha_x * slope * cos, self.alpha_y * slope * sin, 1.0).normalize();
@@ -204,10 +202,10 @@ impl Curve {
         }))
     }
 
-    #[inline]
+    #[inline(always)]
     fn at(&self, t: f32) -> f32 {
         let x = t * CELLS as f32;
-        let i = (x as usize).min(CELLS - 1);
+        let i = (x as i32 as usize).min(CELLS - 1);
         let s = x - i as f32;
         let ([a, a_slope], [b, b_slope]) = (self.0[i], self.0[i + 1]);
         let rise = b - a;

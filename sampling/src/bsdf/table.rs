@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::fmt;
 use std::ops::Deref;
-use std::sync::Mutex;
+use std::sync::{Mutex, OnceLock};
 
 /// Any of the tables that arguments can be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,6 +84,64 @@ impl<T> Tables<T> {
     }
 }
 
+/// Tables that are made from `N` numbers, such as a roughness and an index; a `static` in the file of its model.
+///
+/// Where a texture gives a colour, a model is made at every hit, in all threads. So a table that is there is found without a
+/// lock and without a hash of its content, and nothing is ever removed.
+pub struct Recalled<const N: usize, T: 'static>([OnceLock<Box<Link<N, T>>>; LISTS]);
+
+/// How many lists there are, a power of two.
+const LISTS: usize = 64;
+
+/// A table in the list of those whose numbers fall together.
+struct Link<const N: usize, T: 'static> {
+    /// Their bits.
+    numbers: [u32; N],
+    table: Shared<T>,
+    next: OnceLock<Box<Link<N, T>>>,
+}
+
+impl<const N: usize, T: 'static> Recalled<N, T> {
+    /// None yet.
+    pub const fn new() -> Self {
+        Self([const { OnceLock::new() }; LISTS])
+    }
+
+    /// The table of these numbers: the one that is there, or else the one that `make` makes.
+    #[inline]
+    pub fn get(&self, numbers: [f32; N], make: impl FnOnce() -> T) -> Shared<T> {
+        let numbers = numbers.map(f32::to_bits);
+        // Odd multiples of 2³² over the golden ratio, of which the first bits are well mixed.
+        let mixed = numbers.iter().fold(0_u32, |mixed, bits| (mixed ^ bits).wrapping_mul(0x9e37_79b9));
+        let mut next = &self.0[(mixed >> 26) as usize];
+        while let Some(link) = next.get() {
+            if link.numbers == numbers {
+                return link.table;
+            }
+            next = &link.next;
+        }
+        Self::append(next, numbers, make)
+    }
+
+    /// At the end of a list. Another thread may have come first, with these numbers or with others.
+    #[cold]
+    fn append(mut end: &OnceLock<Box<Link<N, T>>>, numbers: [u32; N], make: impl FnOnce() -> T) -> Shared<T> {
+        let mut make = Some(make);
+        loop {
+            let link = end.get_or_init(|| {
+                let make = make.take().expect("the loop ends with what was made");
+                let bytes: Vec<u8> = numbers.iter().flat_map(|bits| bits.to_le_bytes()).collect();
+                let table = Shared(Box::leak(Box::new(Entry { hash: blake3::hash(&bytes), table: make() })));
+                Box::new(Link { numbers, table, next: OnceLock::new() })
+            });
+            if link.numbers == numbers {
+                return link.table;
+            }
+            end = &link.next;
+        }
+    }
+}
+
 impl Bsdf {
     /// The same where it stays, for models that are made of others.
     pub fn kept(self) -> &'static Self {
@@ -109,5 +167,21 @@ mod tests {
         assert!(std::ptr::eq(&*a, &*b) && a == b && a != c && *c == b"two");
         assert_ne!(format!("{a:?}"), format!("{c:?}"));
         assert_eq!(table(b""), Err("empty"));
+    }
+
+    #[test]
+    fn the_same_numbers_make_one_table() {
+        static TABLES: Recalled<2, f32> = Recalled::new();
+        let made = |i: u16| TABLES.get([f32::from(i), 0.5], || f32::from(i) + 0.5);
+        // From several threads, more than there are lists.
+        let all = || (0..500).map(made).collect::<Vec<_>>();
+        let (first, second) = std::thread::scope(|scope| {
+            let other = scope.spawn(all);
+            (all(), other.join().expect("no panic"))
+        });
+        for (i, (a, b)) in first.iter().zip(&second).enumerate() {
+            assert!(std::ptr::eq(&**a, &**b) && **a == i as f32 + 0.5, "{i}");
+        }
+        assert!(first[3] != first[4]);
     }
 }

@@ -16,7 +16,7 @@ pub struct Half {
 
 impl Half {
     /// `None` where the directions are opposite.
-    #[inline]
+    #[inline(always)]
     pub fn of(wo: Vec3, wi: Vec3) -> Option<Self> {
         let sum = wo + wi;
         let length2 = sum.length_squared();
@@ -29,19 +29,19 @@ impl Half {
     }
 
     /// 2 cos θ_m / wo·m, where cos θ_m = (cos θ_o + cos θ_i) / (2 wo·m).
-    #[inline]
+    #[inline(always)]
     fn groove(&self, cos_o: f32, cos_i: f32) -> f32 {
         (cos_o + cos_i) / (self.cos * self.cos)
     }
 
     /// Masking G₁(wo, m) / cos θ_o, with G₁(w, m) = min(1, 2 cos θ_m cos θ_w / w·m) [Torrance67; Heitz14, section 5.1].
-    #[inline]
+    #[inline(always)]
     pub fn g1_over_cos(&self, cos_o: f32, cos_i: f32) -> f32 {
         self.groove(cos_o, cos_i).min(1.0 / cos_o)
     }
 
     /// Masking and shadowing G / (cos θ_o cos θ_i), with G = min(G₁(wo, m), G₁(wi, m)) [Blinn77; Cook82, section 2].
-    #[inline]
+    #[inline(always)]
     pub fn g_over_cosines(&self, cos_o: f32, cos_i: f32) -> f32 {
         let (least, most) = (cos_o.min(cos_i), cos_o.max(cos_i));
         self.groove(cos_o, cos_i).min(1.0 / least) / most
@@ -49,7 +49,7 @@ impl Half {
 
     /// The density [1/sr] of the mirror image of `wo` about a normal that [`visible_side`] has made visible, for a density `d`
     /// of facets: G₁(wo, m) D(m) / (4 cos θ_o).
-    #[inline]
+    #[inline(always)]
     pub fn visible_pdf(&self, d: f32, cos_o: f32, cos_i: f32) -> f32 {
         0.25 * d * self.g1_over_cos(cos_o, cos_i)
     }
@@ -58,7 +58,7 @@ impl Half {
 /// One of the two sides of the groove with the side `m`, in proportion to how much of it is visible from `wo`.
 ///
 /// If m has the density D(m) cos θ_m, the side has that of visible normals, D(m) G₁(wo, m) wo·m / cos θ_o `[Heitz14b]`.
-#[inline]
+#[inline(always)]
 pub fn visible_side(wo: Vec3, m: Vec3, uc: f32) -> Vec3 {
     let opposite = Vec3::new(-m.x, -m.y, m.z);
     let (this, other) = (wo.dot(m).max(0.0), wo.dot(opposite).max(0.0));

@@ -2,10 +2,9 @@
 
 use super::grooves::Facets;
 use super::parts::{Parts, TwoParts, diffuse_share, lobes_of, scatters_in_two_parts, without_gain};
-use super::roughness::alphas;
-use super::slopes::Slopes;
+use super::roughness::lobe_alphas;
 use super::v_cavities::{Half, visible_side};
-use super::{Arguments, Bsdf, BsdfModel, Lobes, Mirror, Misfit, Parameter, Preset, survival_of};
+use super::{Arguments, Beckmann, Bsdf, BsdfModel, Lobes, Misfit, Parameter, Preset, survival_of};
 use crate::math::{Spectrum, reflect};
 use crate::warp::INV_PI;
 use glam::{Vec2, Vec3};
@@ -24,28 +23,28 @@ use glam::{Vec2, Vec3};
 pub struct Ward {
     kd: Spectrum,
     ks: Spectrum,
-    slopes: Slopes,
+    facets: Beckmann,
     diffuse_pmf: f32,
 }
 
 impl Ward {
     /// The diffuse and the glossy albedo, whose sum is at most 1, and the roughness along x and along y, at least 10⁻⁴.
     pub fn new(kd: Spectrum, ks: Spectrum, alpha_x: f32, alpha_y: f32) -> Self {
-        Self { kd, ks, slopes: Slopes::new(alpha_x, alpha_y), diffuse_pmf: diffuse_share(kd, ks) }
+        Self { kd, ks, facets: Beckmann::new(alpha_x, alpha_y), diffuse_pmf: diffuse_share(kd, ks) }
     }
 }
 
 impl TwoParts for Ward {
-    #[inline]
+    #[inline(always)]
     fn diffuse_pmf(&self, _wo: Vec3) -> f32 {
         self.diffuse_pmf
     }
 
-    #[inline]
+    #[inline(always)]
     fn parts(&self, wo: Vec3, wi: Vec3) -> Parts {
         let diffuse = self.kd * INV_PI;
         let Some(half) = Half::of(wo, wi) else { return Parts::diffuse(diffuse) };
-        let d = self.slopes.d(half.m);
+        let d = Facets::d(&self.facets, half.m);
         Parts {
             diffuse,
             glossy: self.ks * (0.25 * d / (half.cos * half.cos)),
@@ -53,9 +52,9 @@ impl TwoParts for Ward {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn sample_glossy(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<Vec3> {
-        let wi = reflect(wo, visible_side(wo, self.slopes.sample(u), uc));
+        let wi = reflect(wo, visible_side(wo, Facets::sample(&self.facets, u), uc));
         (wi.z > 0.0).then_some(wi)
     }
 }
@@ -66,8 +65,8 @@ impl BsdfModel for Ward {
     const PARAMETERS: &'static [Parameter] = &[
         Parameter::colour("kd", "albedo of the diffuse part", 0.0, 1.0, Preset::Number(0.4)),
         Parameter::colour("ks", "albedo of the glossy part", 0.0, 1.0, Preset::Number(0.4)),
-        Parameter::ROUGHNESS,
-        Parameter::ALPHA,
+        Parameter::LOBE_ROUGHNESS,
+        Parameter::LOBE_ALPHA,
         Parameter::ALPHA_X,
         Parameter::ALPHA_Y,
     ];
@@ -76,15 +75,12 @@ impl BsdfModel for Ward {
         let [kd, ks, roughness, alpha, alpha_x, alpha_y] = arguments.all();
         let (kd, ks) = (kd.colour(), ks.colour());
         without_gain(kd, ks)?;
-        match alphas([roughness, alpha, alpha_x, alpha_y])? {
-            Some((x, y)) => Ok(Self::new(kd, ks, x, y).into()),
-            None if kd.is_zero() => Ok(Mirror { reflectance: ks }.into()),
-            None => Err(Misfit::new("kd", "make it 0 where the surface is smooth, or give a roughness")),
-        }
+        let (x, y) = lobe_alphas([roughness, alpha, alpha_x, alpha_y])?;
+        Ok(Self::new(kd, ks, x, y).into())
     }
 
     fn is_anisotropic(&self) -> bool {
-        self.slopes.is_anisotropic()
+        self.facets.is_anisotropic()
     }
 
     scatters_in_two_parts!();

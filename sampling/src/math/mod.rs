@@ -1,5 +1,6 @@
 //! Spectra, frames, and the trigonometry of the local frame.
 
+pub(crate) mod elementary;
 mod frame;
 mod spectrum;
 

@@ -1,5 +1,6 @@
 //! The parameters of Disney's principled model.
 
+use crate::bsdf::{Argument, Arguments, Parameter, Preset};
 use crate::math::Spectrum;
 
 /// What [`Principled`](super::Principled) is made of; each a share in [0, 1] but `eta`.
@@ -46,6 +47,56 @@ impl Default for PrincipledSettings {
             clearcoat: 0.0,
             clearcoat_gloss: 1.0,
             spec_trans: 0.0,
+        }
+    }
+}
+
+impl PrincipledSettings {
+    /// What scene files may say of it.
+    pub const PARAMETERS: &'static [Parameter] = &[
+        Parameter::colour("base_color", "colour of the surface", 0.0, 1.0, Preset::Number(0.5)),
+        Parameter::number("metallic", "share of a metal", 0.0, 1.0, Preset::Number(0.0)),
+        Parameter::number("subsurface", "share of flat subsurface scattering", 0.0, 1.0, Preset::Number(0.0)),
+        Parameter::INDEX,
+        Parameter::number("specular_tint", "hue of the dielectric's highlight", 0.0, 1.0, Preset::Number(0.0)),
+        Parameter::number("roughness", "perceptual roughness, √α, with α at least 10⁻⁴", 0.0, 1.0, Preset::Number(0.5)),
+        Parameter::number("anisotropic", "how far highlights are drawn out", 0.0, 1.0, Preset::Number(0.0)),
+        Parameter::number("sheen", "strength of the sheen of cloth", 0.0, 1.0, Preset::Number(0.0)),
+        Parameter::number("sheen_tint", "hue of the sheen", 0.0, 1.0, Preset::Number(0.5)),
+        Parameter::number("clearcoat", "strength of the clear coat", 0.0, 1.0, Preset::Number(0.0)),
+        Parameter::number("clearcoat_gloss", "gloss of the clear coat", 0.0, 1.0, Preset::Number(1.0)),
+        Parameter::number("spec_trans", "share of glass; with any, `eta` may not vary", 0.0, 1.0, Preset::Number(0.0)),
+    ];
+
+    /// What these arguments of [`PARAMETERS`](Self::PARAMETERS) say.
+    pub fn of(arguments: &Arguments) -> Self {
+        let [base_color, numbers @ ..] = arguments.all::<12>();
+        let [
+            metallic,
+            subsurface,
+            eta,
+            specular_tint,
+            roughness,
+            anisotropic,
+            sheen,
+            sheen_tint,
+            clearcoat,
+            clearcoat_gloss,
+            spec_trans,
+        ] = numbers.map(Argument::number);
+        Self {
+            base_color: base_color.colour(),
+            metallic,
+            subsurface,
+            eta,
+            specular_tint,
+            roughness,
+            anisotropic,
+            sheen,
+            sheen_tint,
+            clearcoat,
+            clearcoat_gloss,
+            spec_trans,
         }
     }
 }

@@ -1,24 +1,25 @@
 //! The parts of Disney's principled model that no other model has.
 
+use crate::math::elementary::{exp_m1, ln};
 use crate::warp::sin_cos_turns;
 use glam::{Vec2, Vec3, vec3};
 use std::f32::consts::PI;
 
-/// The density D(m) of the clearcoat's normals: Trowbridge and Reitz's with the exponent 1 [Burley12, (4)], for α in (0, 1).
+/// The density D(m) of the clearcoat's normals: Trowbridge and Reitz's with the exponent 1 `[Burley12]`, for α in (0, 1).
 #[inline]
-pub(super) fn gtr1(alpha: f32, m: Vec3) -> f32 {
+pub fn gtr1(alpha: f32, m: Vec3) -> f32 {
     let alpha2 = alpha * alpha;
     // 1 + (α² − 1) cos² with sin² = x² + y², which keeps its digits at the normal.
     let q = alpha2 * m.z * m.z + m.x * m.x + m.y * m.y;
-    (alpha2 - 1.0) / (PI * 2.0 * alpha.ln() * q)
+    (alpha2 - 1.0) / (PI * 2.0 * ln(alpha) * q)
 }
 
-/// A normal with the density D(m) cos θ_m [Burley12, (6)].
+/// A normal with the density D(m) cos θ_m `[Burley12]`.
 #[inline]
-pub(super) fn sample_gtr1(alpha: f32, u: Vec2) -> Vec3 {
+pub fn sample_gtr1(alpha: f32, u: Vec2) -> Vec3 {
     let alpha2 = alpha * alpha;
     // sin² = (α^(2(1 − u)) − α²) / (1 − α²).
-    let sin2 = (alpha2 * (-2.0 * u.y * alpha.ln()).exp_m1() / (1.0 - alpha2)).min(1.0);
+    let sin2 = (alpha2 * exp_m1(-2.0 * u.y * ln(alpha)) / (1.0 - alpha2)).min(1.0);
     let (sin_phi, cos_phi) = sin_cos_turns(u.x);
     let sin = sin2.sqrt();
     vec3(sin * cos_phi, sin * sin_phi, (1.0 - sin2).sqrt())
@@ -26,6 +27,6 @@ pub(super) fn sample_gtr1(alpha: f32, u: Vec2) -> Vec3 {
 
 /// The span of a direction for the clearcoat's masking, which has α = 0.25.
 #[inline]
-pub(super) fn clearcoat_span(w: Vec3) -> f32 {
+pub fn clearcoat_span(w: Vec3) -> f32 {
     (0.0625 * (w.x * w.x + w.y * w.y) + w.z * w.z).sqrt()
 }
