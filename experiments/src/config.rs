@@ -221,7 +221,7 @@ pub fn check_seconds(seconds: f64) -> Result<(), String> {
     if seconds > 0.0 && seconds <= LONGEST {
         return Ok(());
     }
-    Err(format!("{seconds} is no budget; give a positive number of seconds, at most {LONGEST:e} (ten years)"))
+    Err(format!("{seconds:?} is no budget; give a positive number of seconds, at most {LONGEST:e} (ten years)"))
 }
 
 /// A sampler by its name.

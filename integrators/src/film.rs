@@ -82,8 +82,9 @@ impl<'r> BlockFilm<'r> {
         let stride = self.request.layers().len() * 3;
         let width = self.window.width() as usize;
         let first_row = self.window.y.start + band as u32 * TILE;
-        let shared = self.tile.within(&Window { y: first_row..first_row + TILE, ..self.window.clone() });
-        for y in shared.y.clone() {
+        let last_row = (first_row + TILE).min(self.window.y.end);
+        let shared = self.tile.within(&Window { y: first_row..last_row, ..self.window.clone() });
+        for y in shared.y.clone().filter(|_| !shared.x.is_empty()) {
             // Where the row begins in the tile's sums, and in the band.
             let local =
                 (y - self.tile.y.start) as usize * self.tile.x.len() + (shared.x.start - self.tile.x.start) as usize;

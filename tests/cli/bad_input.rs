@@ -79,7 +79,7 @@ fn faulty_scene_files_are_named_with_the_line() {
 
 #[test]
 fn faulty_experiment_files_are_named_with_the_line() {
-    let second = format!("{EXPERIMENT}[[methods]]\nname = \"path\"\nlabel = \"a\"\n[[methods]]\nname = \"bpdt\"\n");
+    let second = format!("{EXPERIMENT}[[methods]]\nname = \"light\"\n[[methods]]\nname = \"bpdt\"\n");
     let folder = folder_with(&[
         ("second.toml", &second),
         ("slope.toml", &EXPERIMENT.replace("[4, 4]", "[4, 0]")),
