@@ -36,8 +36,8 @@ fn every_sampler_has_the_mean_of_independent_numbers() {
     family.finish(0.9);
 }
 
-/// The variance of image means of direct light at 64 samples of 16 pixels, in 512 replicates: about 4.9 times lower for `path` and
-/// 2.9 times for `light`. A ratio of two such variances has a relative standard error of 9 %, so that 2 is 4 errors away.
+/// The variance of image means of direct light at 64 samples of 16 pixels, in 512 replicates: about 8 times lower for `path` and
+/// 4.3 times for `light`. A ratio of two such variances has a relative standard error of 9 %, so that 2 is 4 errors away.
 #[test]
 fn sequences_are_far_better_than_chance_at_smooth_light() {
     let mut scene = builtin("cornell_box", 4);

@@ -141,8 +141,8 @@ mod tests {
         for (integral, m) in integrals.iter().zip(moments) {
             let (exact, error) = (integral.exact(), m.variance_of_mean().sqrt());
             // Numbers are multiples of 2⁻²⁴, each rounded down.
-            let off = (m.mean - exact).abs() - 1e-6 * exact;
-            assert!(off < 4.5 * error && error < 1e-2 * exact, "{integral}: {} ± {error}, not {exact}", m.mean);
+            let off = (m.mean - exact).abs() - 1e-6 * exact.abs();
+            assert!(off < 4.5 * error && error < 1e-2 * exact.abs(), "{integral}: {} ± {error}, not {exact}", m.mean);
         }
     }
 
