@@ -71,6 +71,8 @@ fn in_words(report: &Report) -> String {
         ("emitters", needs.emitters.to_string()),
         ("environment", yes(needs.environment).to_owned()),
         ("textures", yes(needs.textures).to_owned()),
+        ("masks", yes(needs.masks).to_owned()),
+        ("subsurface", yes(needs.subsurface).to_owned()),
         ("delta lobes", yes(needs.delta_lobes).to_owned()),
         ("delta emitters", yes(needs.delta_emitters).to_owned()),
         ("hittable emitters", yes(needs.hittable_emitters).to_owned()),
