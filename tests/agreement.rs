@@ -20,10 +20,10 @@ fn agree_on(name: &str, entries: &[Entry], conclusive: f64) {
 #[test]
 fn cornell_box() {
     let entries = [
-        Entry::new("direct", 768),
-        Entry::new("path", 768).without_roulette(),
-        Entry::new("light", 512).without_roulette(),
-        Entry::new("bdpt", 192).without_roulette(),
+        Entry::new("direct", 384).by_night(2),
+        Entry::new("path", 384).without_roulette().by_night(2),
+        Entry::new("light", 256).without_roulette().by_night(2),
+        Entry::new("bdpt", 96).without_roulette().by_night(2),
     ];
     agree_on("cornell_box", &entries, 0.99);
 }
@@ -73,10 +73,10 @@ fn veach_mis() {
 #[test]
 fn glass_caustic() {
     let entries = [
-        Entry::new("direct", 256),
-        Entry::new("path", 640).without_roulette().by_night(6),
-        Entry::new("light", 384).without_roulette(),
-        Entry::new("bdpt", 192).without_roulette().by_night(8),
+        Entry::new("direct", 128).by_night(2),
+        Entry::new("path", 320).without_roulette().by_night(12),
+        Entry::new("light", 192).without_roulette().by_night(2),
+        Entry::new("bdpt", 96).without_roulette().by_night(16),
     ];
     agree_on("glass_caustic", &entries, 0.5);
 }
@@ -86,10 +86,10 @@ fn glass_caustic() {
 #[test]
 fn indirect_lamp() {
     let entries = [
-        Entry::new("direct", 192),
-        Entry::new("path", 640).without_roulette().by_night(6),
-        Entry::new("light", 256).without_roulette(),
-        Entry::new("bdpt", 128).without_roulette(),
+        Entry::new("direct", 96).by_night(2),
+        Entry::new("path", 480).without_roulette().by_night(8),
+        Entry::new("light", 128).without_roulette().by_night(2),
+        Entry::new("bdpt", 64).without_roulette().by_night(2),
     ];
     agree_on("indirect_lamp", &entries, 0.5);
 }

@@ -9,6 +9,7 @@ mod delta;
 mod parameters;
 mod quadrature;
 
+use crate::support;
 pub use delta::delta_lobes;
 use delta::distinct_delta_lobes;
 use quadrature::Cells;
@@ -324,6 +325,8 @@ fn no_light_is_gained() {
 /// The largest channel of the directional albedo for light that comes from `wo`.
 fn albedo(model: &Bsdf, wo: Vec3, mut draw: impl FnMut(u32) -> (f32, Vec2)) -> f64 {
     const SAMPLES: u32 = 1 << 11;
+    // Those that shape the cells, which are cut until each holds one of them.
+    let pilots = if support::scale() > 1.0 { SAMPLES } else { SAMPLES / 8 } as usize;
     let mode = TransportMode::Importance;
     let samples: Vec<BsdfSample> = (0..SAMPLES)
         .filter_map(|j| {
@@ -339,7 +342,7 @@ fn albedo(model: &Bsdf, wo: Vec3, mut draw: impl FnMut(u32) -> (f32, Vec2)) -> f
     if !is_resolved(model, wo) {
         return samples.iter().map(|s| f64::from(s.weight.max_component())).sum::<f64>() / f64::from(SAMPLES);
     }
-    let cells = Cells::by_samples(samples.iter().filter(|s| !s.lobe.is_delta()).map(|s| s.wi), 4);
+    let cells = Cells::by_samples(samples.iter().take(pilots).filter(|s| !s.lobe.is_delta()).map(|s| s.wi), 2);
     let value = |wi: Vec3| [f64::from(model.eval(wo, wi, Lobes::ALL, mode).max_component() * wi.z.abs())];
     delta + (0..cells.len()).map(|cell| cells.integrate(cell, 1e-5, value)[0]).sum::<f64>()
 }

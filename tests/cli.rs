@@ -25,7 +25,7 @@ fn text(bytes: &[u8]) -> String {
 }
 
 /// Runs what must succeed; gives standard output.
-fn succeed(folder: &Path, arguments: &[&str]) -> String {
+pub fn succeed(folder: &Path, arguments: &[&str]) -> String {
     let output = neumann(folder, arguments);
     assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
     text(&output.stdout)
@@ -51,14 +51,14 @@ fn files(folder: &Path) -> Vec<(String, u64)> {
     found
 }
 
-fn folder_with(contents: &[(&str, &str)]) -> TempDir {
+pub fn folder_with(contents: &[(&str, &str)]) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     contents.iter().for_each(|(name, text)| std::fs::write(folder.path().join(name), text).unwrap());
     folder
 }
 
 /// Bad input ends with status 2 and one message that holds all of `words`; nothing is written.
-fn refused(folder: &Path, arguments: &[&str], words: &[&str]) {
+pub fn refused(folder: &Path, arguments: &[&str], words: &[&str]) {
     let before = files(folder);
     let output = neumann(folder, arguments);
     let message = text(&output.stderr);

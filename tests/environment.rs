@@ -76,10 +76,10 @@ fn what_absorbs_nothing_is_as_bright_as_its_environment() {
 fn methods_agree_under_a_sky() {
     for (contents, name) in [(Contents::White, "white cup"), (Contents::GlassAndMirror, "cup with glass and mirror")] {
         let entries = [
-            Entry::new("direct", 64),
-            Entry::new("path", 128).without_roulette(),
-            Entry::new("light", 512).without_roulette(),
-            Entry::new("bdpt", 32).without_roulette(),
+            Entry::new("direct", 32).by_night(2),
+            Entry::new("path", 64).without_roulette().by_night(2),
+            Entry::new("light", 256).without_roulette().by_night(2),
+            Entry::new("bdpt", 16).without_roulette().by_night(2),
         ];
         agree(name, &cup(contents), 5, &entries, 0.9);
     }

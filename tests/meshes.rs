@@ -59,7 +59,7 @@ fn room(lamp: Lamp) -> Scene {
 #[test]
 fn emitters_on_meshes_shine_as_quads_do() {
     let mut family = Family::new("lamps");
-    let budget = Budget::samples(128).up_to(3);
+    let budget = Budget::samples(64).up_to(3);
     let reference = measure(&room(Lamp::Quad), plain("path").as_ref(), "quad", budget);
     assert!(reference.image(1).mean > 0.01, "the lamp's front looks away from the floor");
     for (lamp, name) in

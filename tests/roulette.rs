@@ -11,7 +11,7 @@ const DECIDED: usize = 4;
 #[test]
 fn roulette_moves_no_mean() {
     let mut family = Family::new("roulette");
-    for (scene, samples) in [("cornell_box", 128)] {
+    for (scene, samples) in [("cornell_box", 64)] {
         let scene = builtin(scene, 8);
         let pairs = [
             ("path", json!({"roulette": "none"}), json!({"roulette": "throughput", "roulette_start": 1})),
@@ -50,7 +50,7 @@ fn the_tail_is_the_rest_of_the_series() {
     };
     let mut family = Family::new("tail");
     for (name, settings) in [("path", json!({})), ("light", json!({})), ("bdpt", json!({"roulette": "local"}))] {
-        let budget = Budget { max_order: 2, tail: true, ..Budget::samples(256) };
+        let budget = Budget { max_order: 2, tail: true, ..Budget::samples(128) };
         let m = measure(&scene, method_with(name, settings).as_ref(), name, budget);
         let truth: f64 = (3..200).map(|k| grey(emitted(k))).sum();
         family.image(format!("{name} tail"), m.image(3), Estimate::exact(truth));

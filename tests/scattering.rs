@@ -11,6 +11,7 @@ use sampling::bsdf::{Bsdf, Dielectric, Lobes, TransportMode};
 use sampling::math::Spectrum;
 use sampling::{Vec3, vec2, vec3};
 use scenes::{Scene, SceneBuilder, Skip};
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// The quadrature's relative error, at most.
 const PRECISION: f64 = 2e-4;
@@ -18,33 +19,37 @@ const PRECISION: f64 = 2e-4;
 /// Quadratures by panels and azimuths, each twice as fine as the one before.
 const LEVELS: [(usize, usize); 4] = [(6, 36), (12, 72), (24, 144), (48, 288)];
 
-/// Quadrature over the upper hemisphere: cosines with weights, and a number of azimuths.
+/// Quadrature over the upper hemisphere: cosines with weights, and azimuths.
 struct Hemisphere {
     cosines: Vec<(f64, f64)>,
-    azimuths: usize,
+    /// Cosines and sines, evenly spaced.
+    azimuths: Vec<(f64, f64)>,
 }
 
 impl Hemisphere {
     /// Five Gauss nodes in each of so many panels of the polar angle.
     fn new((panels, azimuths): (usize, usize)) -> Self {
-        let width = std::f64::consts::FRAC_PI_2 / panels as f64;
+        let width = FRAC_PI_2 / panels as f64;
         let nodes = |i: usize| {
             GAUSS.map(|(u, weight)| {
                 let (sin, cos) = ((i as f64 + u) * width).sin_cos();
                 (cos, weight * width * sin)
             })
         };
-        Self { cosines: (0..panels).flat_map(nodes).collect(), azimuths }
+        let azimuth = |i: usize| {
+            let (sin, cos) = ((i as f64 + 0.5) / azimuths as f64 * TAU).sin_cos();
+            (cos, sin)
+        };
+        Self { cosines: (0..panels).flat_map(nodes).collect(), azimuths: (0..azimuths).map(azimuth).collect() }
     }
 
     /// ∫ f cos dφ at each node, times its weight: what light from there adds in the direction of `wo`.
     fn kernel(&self, bsdf: &Bsdf, wo: Vec3) -> Vec<[f64; 3]> {
-        let step = std::f64::consts::TAU / self.azimuths as f64;
+        let step = TAU / self.azimuths.len() as f64;
         let at = |&(z, weight): &(f64, f64)| {
             let r = (1.0 - z * z).sqrt();
             let mut sum = [0.0; 3];
-            for i in 0..self.azimuths {
-                let (sin, cos) = ((i as f64 + 0.5) * step).sin_cos();
+            for (cos, sin) in &self.azimuths {
                 let wi = vec3((r * cos) as f32, (r * sin) as f32, z as f32);
                 let f = bsdf.eval(wo, wi, Lobes::ALL, TransportMode::Radiance).to_array();
                 (0..3).for_each(|c| sum[c] += f[c] as f64);
@@ -124,7 +129,7 @@ impl Glowing<'_> {
 
 /// Whether the nodes are dense against the lobes: one so narrow that it falls between the nodes of two levels seems converged.
 fn sees(bsdf: &Bsdf, wo: Vec3, (panels, _): (usize, usize)) -> bool {
-    let spacing = std::f64::consts::FRAC_PI_2 / (GAUSS.len() * panels) as f64;
+    let spacing = FRAC_PI_2 / (GAUSS.len() * panels) as f64;
     (0..256).all(|i| {
         let [uc, x, y] = [0.618_034, 0.754_877_7, 0.569_840_3].map(|step: f32| (0.5 + step * i as f32).fract());
         let sample = bsdf.sample(wo, uc, vec2(x, y), TransportMode::Radiance);
@@ -180,7 +185,7 @@ fn compare(truth: &Truth, lobes: Lobes, conclusive: f64) {
     let mut family = Family::new(truth.name());
     // A pinhole does not see by light tracing what a delta lobe sends to it.
     for name in ALL.into_iter().filter(|name| *name != "light" || !lobes.intersects(Lobes::DELTA)) {
-        let budget = Budget::samples(if name == "light" { 2048 } else { 128 });
+        let budget = Budget::samples(if name == "light" { 1024 } else { 128 });
         truth.compare(&mut family, name, plain(name).as_ref(), budget, COLUMNS);
     }
     family.finish(conclusive);

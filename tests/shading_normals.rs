@@ -46,24 +46,29 @@ fn coarse_sphere(builder: &mut SceneBuilder, centre: DVec3, radius: f64, materia
     builder.mesh(MeshData { positions, triangles, normals, ..MeshData::default() }, material);
 }
 
-#[test]
-fn coarse_spheres_with_smooth_normals() {
-    let mut builder = room("coarse spheres");
+/// Compares all methods in a room to which a lamp is added.
+fn agree_under_a_lamp(title: &str, mut builder: SceneBuilder) {
     let black = builder.material(lambert(0.0));
-    let white = builder.material(lambert(0.8));
-    let metal = builder.material(Bsdf::from(RoughConductor::from_reflectance(Spectrum::new(0.9, 0.7, 0.4), 0.4, 0.4)));
-    coarse_sphere(&mut builder, dvec3(-0.4, -0.4, -0.2), 0.5, white);
-    coarse_sphere(&mut builder, dvec3(0.5, -0.5, 0.2), 0.45, metal);
     let lamp = builder.quad(dvec3(-0.4, 0.95, -0.4), DVec3::X * 0.8, DVec3::Z * 0.8, black);
     builder.emit(lamp, shining(3.0));
     let scene = builder.build(Skip::Unneeded).unwrap();
     let entries = [
-        Entry::new("direct", 128),
-        Entry::new("path", 256).without_roulette(),
-        Entry::new("light", 256).without_roulette().of_infinite_variance(),
-        Entry::new("bdpt", 64).without_roulette(),
+        Entry::new("direct", 64).by_night(2),
+        Entry::new("path", 128).by_night(2).without_roulette(),
+        Entry::new("light", 128).by_night(2).without_roulette().of_infinite_variance(),
+        Entry::new("bdpt", 32).by_night(2).without_roulette(),
     ];
-    agree("coarse spheres with smooth normals", &scene, 5, &entries, 0.9);
+    agree(title, &scene, 5, &entries, 0.9);
+}
+
+#[test]
+fn coarse_spheres_with_smooth_normals() {
+    let mut builder = room("coarse spheres");
+    let white = builder.material(lambert(0.8));
+    let metal = builder.material(Bsdf::from(RoughConductor::from_reflectance(Spectrum::new(0.9, 0.7, 0.4), 0.4, 0.4)));
+    coarse_sphere(&mut builder, dvec3(-0.4, -0.4, -0.2), 0.5, white);
+    coarse_sphere(&mut builder, dvec3(0.5, -0.5, 0.2), 0.45, metal);
+    agree_under_a_lamp("coarse spheres with smooth normals", builder);
 }
 
 /// Coarse spheres and a wall whose normals are tilted far, by bumps and by a normal map: what is carried from either end is the same,
@@ -71,7 +76,6 @@ fn coarse_spheres_with_smooth_normals() {
 #[test]
 fn strong_relief_over_smooth_normals() {
     let mut builder = room("strong relief");
-    let black = builder.material(lambert(0.0));
     let tilts = [Spectrum::new(0.8, 0.6, 0.8), Spectrum::new(0.3, 0.4, 0.8)];
     let map = Relief::Normals(Texture::Checkerboard { values: tilts, map: UvMap::default() });
     let white = builder.material(in_relief(lambert(0.8), bumps(0.25, 0.3, 1)));
@@ -81,16 +85,7 @@ fn strong_relief_over_smooth_normals() {
     coarse_sphere(&mut builder, dvec3(-0.4, -0.4, -0.2), 0.5, white);
     coarse_sphere(&mut builder, dvec3(0.5, -0.5, 0.2), 0.45, metal);
     builder.quad(dvec3(-1.0, -0.6, -0.99), DVec3::X * 2.0, DVec3::Y * 1.5, tiles);
-    let lamp = builder.quad(dvec3(-0.4, 0.95, -0.4), DVec3::X * 0.8, DVec3::Z * 0.8, black);
-    builder.emit(lamp, shining(3.0));
-    let scene = builder.build(Skip::Unneeded).unwrap();
-    let entries = [
-        Entry::new("direct", 128),
-        Entry::new("path", 256).without_roulette(),
-        Entry::new("light", 256).without_roulette().of_infinite_variance(),
-        Entry::new("bdpt", 64).without_roulette(),
-    ];
-    agree("strong relief over smooth normals", &scene, 5, &entries, 0.9);
+    agree_under_a_lamp("strong relief over smooth normals", builder);
 }
 
 /// A bumpy mirror, whose directions are chosen with the same probability from either end.
@@ -105,10 +100,10 @@ fn a_mirror_in_relief() {
     builder.emit(lamp, shining(1.0));
     let scene = builder.build(Skip::Unneeded).unwrap();
     let entries = [
-        Entry::new("direct", 64),
-        Entry::new("path", 128).without_roulette(),
-        Entry::new("light", 128).without_roulette(),
-        Entry::new("bdpt", 64).without_roulette(),
+        Entry::new("direct", 32).by_night(2),
+        Entry::new("path", 64).by_night(2).without_roulette(),
+        Entry::new("light", 64).by_night(2).without_roulette(),
+        Entry::new("bdpt", 32).by_night(2).without_roulette(),
     ];
     agree("mirror in relief", &scene, 4, &entries, 0.9);
 }
@@ -136,10 +131,10 @@ fn glossy_cornell_box() {
     let options = LoadOptions { size: Some((16, 16)), skip: Skip::Unneeded };
     let scene = scenes::load(path.to_str().unwrap(), &options).unwrap();
     let entries = [
-        Entry::new("direct", 128),
-        Entry::new("path", 256).without_roulette(),
-        Entry::new("light", 256).without_roulette(),
-        Entry::new("bdpt", 64).without_roulette(),
+        Entry::new("direct", 64).by_night(2),
+        Entry::new("path", 128).by_night(2).without_roulette(),
+        Entry::new("light", 128).by_night(2).without_roulette(),
+        Entry::new("bdpt", 32).by_night(2).without_roulette(),
     ];
     agree("glossy Cornell box", &scene, 5, &entries, 0.9);
 }

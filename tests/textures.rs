@@ -81,7 +81,7 @@ fn what_screens_let_through() {
     });
     let mut family = Family::new(&scene.name);
     for name in ALL {
-        let budget = Budget::samples(if name == "light" { 1024 } else { 128 });
+        let budget = Budget::samples(if name == "light" { 512 } else { 64 });
         truth.compare(&mut family, name, method(name).as_ref(), budget, COLUMNS);
     }
     family.finish(0.9);
@@ -111,10 +111,10 @@ fn screens_in_a_room() {
     builder.quad(dvec3(-0.6, -0.6, 0.4), DVec3::X * 1.2, DVec3::Y * 1.0, cloud);
     let scene = builder.build(Skip::Unneeded).unwrap();
     let entries = [
-        Entry::new("direct", 64),
-        Entry::new("path", 128).without_roulette(),
-        Entry::new("light", 256).without_roulette(),
-        Entry::new("bdpt", 32).without_roulette(),
+        Entry::new("direct", 32).by_night(2),
+        Entry::new("path", 64).without_roulette().by_night(2),
+        Entry::new("light", 128).without_roulette().by_night(2),
+        Entry::new("bdpt", 16).without_roulette().by_night(2),
     ];
     agree("screens in a room", &scene, 5, &entries, 0.9);
 }

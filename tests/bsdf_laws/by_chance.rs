@@ -12,7 +12,7 @@ const FALSE_ALARM: f64 = 1e-3;
 
 /// Samples of a test; those that shape its cells are others.
 const SAMPLES: u32 = 1 << 17;
-const PILOTS: u32 = 1 << 12;
+const PILOTS: u32 = 1 << 10;
 
 /// The absolute error of a cell's quadrature, small against the standard error of its share of the samples, 3·10⁻⁴.
 const TOLERANCE: f64 = 4e-6;

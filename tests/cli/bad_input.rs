@@ -20,7 +20,10 @@ fn unknown_names_are_answered_with_the_nearest() {
     );
     refused(&["bsdf", "lambert", "--set", "albedo=3"], &["--set albedo=3: `albedo` is", "from 0 to 1"]);
     refused(&["bsdf", "ward", "--set", "kd=0.8", "--set", "ks=0.8"], &["--set ks=0.8: ", "creates light"]);
-    refused(&["bsdf", "distribution_based", "--set", "half_vectors=[1, 1e300]"], &["number 2 is larger than 3.4e38"]);
+    refused(
+        &["bsdf", "distribution_based", "--set", "half_vectors=[1, 1e300]"],
+        &["number 2 is not finite or larger than 3.4e38"],
+    );
     refused(&["bsdf"], &["MODEL"]);
     refused(&["render", "furnace", "--layers", "order"], &["order", "orders"]);
     refused(&["run", "comparsion"], &["did you mean `comparison`"]);

@@ -1,6 +1,7 @@
 //! What is refused, and in which words.
 
 use super::*;
+use crate::cli::{folder_with, refused, succeed};
 use crate::support::ALL;
 use integrators::Methods;
 
@@ -54,19 +55,10 @@ type = "constant"
 radiance = 1
 "#;
 
-/// Runs the program; gives its exit status and what it said.
-fn neumann(folder: &std::path::Path, arguments: &[&str]) -> (Option<i32>, String) {
-    let program = env!("CARGO_BIN_EXE_neumann");
-    let output = std::process::Command::new(program).current_dir(folder).args(arguments).output().unwrap();
-    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
-}
-
 #[test]
 fn the_program_ends_with_one_message() {
-    let folder = tempfile::tempdir().unwrap();
-    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
-    write("wax.toml", WAX);
-    write("hot.toml", &WAX.replace("albedo = 0.8", "albedo = [0.8, 1.8, 0.8]"));
+    let hot = WAX.replace("albedo = 0.8", "albedo = [0.8, 1.8, 0.8]");
+    let folder = folder_with(&[("wax.toml", WAX), ("hot.toml", &hot)]);
     let cases: [(&[&str], &str); 3] = [
         (&["render", "wax.toml", "-i", "bdpt"], "bdpt cannot render this scene: the material `wax` lets light through"),
         (&["run", "comparison", "--set", "scenes=[\"wax.toml\"]"], "cannot render wax: the material `wax` lets light"),
@@ -76,10 +68,7 @@ fn the_program_ends_with_one_message() {
         ),
     ];
     for (arguments, expected) in cases {
-        let (status, message) = neumann(folder.path(), arguments);
-        assert_eq!(status, Some(2), "{arguments:?}: {message}");
-        assert!(message.contains(expected) && message.matches("error:").count() == 1, "{arguments:?}: {message}");
+        refused(folder.path(), arguments, &[expected]);
     }
-    let (status, message) = neumann(folder.path(), &["render", "wax.toml", "-i", "path", "--spp", "4", "-q"]);
-    assert_eq!(status, Some(0), "{message}");
+    succeed(folder.path(), &["render", "wax.toml", "-i", "path", "--spp", "4", "-q"]);
 }

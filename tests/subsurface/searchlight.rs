@@ -64,6 +64,6 @@ fn a_spot_of_light_spreads_as_the_profile_says() {
         vec![0.0, (1.0 - stuff.reflected(cos_seen(hit, ray))) * exitance / PI, 0.0]
     });
     let mut family = Family::new("searchlight");
-    truth.compare(&mut family, "path", method("path").as_ref(), Budget::samples(2048), 4);
+    truth.compare(&mut family, "path", method("path").as_ref(), Budget::samples(1024), 4);
     family.finish(0.9);
 }
