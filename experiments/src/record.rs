@@ -26,7 +26,7 @@ use crate::export::write_atomically;
 use crate::machine::{VERSION, machine, timestamp};
 use crate::output::Folder;
 use crate::plan::Plan;
-use crate::result::{ExperimentResult, Manifest, MethodRecord, MethodResult, SceneRecord};
+use crate::result::{Checkpoint, ExperimentResult, Manifest, MethodRecord, MethodResult, SceneRecord};
 use integrators::Layer;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -142,6 +142,19 @@ struct Record<'a> {
     value: f64,
     ci_low: Option<f64>,
     ci_high: Option<f64>,
+}
+
+impl Record<'_> {
+    /// The same row about these checkpoints together: what was spent on them.
+    fn over<'p>(&self, points: impl IntoIterator<Item = &'p Checkpoint>) -> Self {
+        let mut row = Self { spp: 0, replicates: 0, seconds: 0.0, ..self.clone() };
+        for point in points {
+            row.spp += u64::from(point.samples) * u64::from(point.replicates);
+            row.replicates += point.replicates;
+            row.seconds += point.seconds * f64::from(point.replicates);
+        }
+        row
+    }
 }
 
 /// Writes all records.
@@ -280,29 +293,20 @@ impl Table {
         for point in &method.convergence {
             self.add(Record {
                 order: order_name(point.order),
-                spp: u64::from(point.samples) * u64::from(point.replicates),
-                replicates: point.replicates,
-                seconds: point.seconds * f64::from(point.replicates),
                 quantity: "checkpoint_variance",
                 value: point.variance,
                 ci_low: Some(point.ci.0),
                 ci_high: Some(point.ci.1),
-                ..blank.clone()
+                ..blank.over([point])
             });
         }
         let mine = |row: &&crate::result::SlopeRow| row.scene == method.scene && row.label == method.label;
         for row in result.slopes.iter().filter(mine) {
             let points = method.convergence.iter().filter(|p| p.order == row.order);
-            let (mut spp, mut replicates, mut seconds) = (0, 0, 0.0);
-            for point in points {
-                spp += u64::from(point.samples) * u64::from(point.replicates);
-                replicates += point.replicates;
-                seconds += point.seconds * f64::from(point.replicates);
-            }
             let (ci_low, ci_high) = (Some(row.ci.0), Some(row.ci.1));
             let order = order_name(row.order);
             let (quantity, value) = ("slope", row.slope);
-            self.add(Record { order, spp, replicates, seconds, quantity, value, ci_low, ci_high, ..blank.clone() });
+            self.add(Record { order, quantity, value, ci_low, ci_high, ..blank.over(points) });
         }
     }
 

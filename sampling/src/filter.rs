@@ -6,7 +6,7 @@
 use crate::distribution::Piecewise1D;
 use glam::{Vec2, vec2};
 use serde::{Deserialize, Serialize};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 use std::sync::OnceLock;
 use std::{fmt, str::FromStr};
 
@@ -32,7 +32,8 @@ pub enum Filter {
 pub struct FilterSample {
     /// The distance from the pixel's centre \[pixels\].
     pub offset: Vec2,
-    /// f / density; 1 but for the coarseness of a table, and negative in negative lobes.
+    /// f / density: 1 of positive filters but for the coarseness of a table. Of [`Mitchell`](Filter::Mitchell), whose density is
+    /// that of |f|, some ±(∫ |f|)² = ±1.14; negative in its negative lobes.
     pub weight: f32,
 }
 
@@ -130,7 +131,7 @@ fn blackman_harris(x: f32) -> f32 {
     const A: [f64; 4] = [0.358_75, 0.488_29, 0.141_28, 0.011_68];
     let angle = PI * (f64::from(x) + 1.0);
     let value = A[0] - A[1] * angle.cos() + A[2] * (2.0 * angle).cos() - A[3] * (3.0 * angle).cos();
-    (value * PI / (TAU * A[0])) as f32
+    (value / (2.0 * A[0])) as f32
 }
 
 impl fmt::Display for Filter {

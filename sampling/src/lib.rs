@@ -91,6 +91,7 @@
 //! - `[Laine11]` S. Laine, T. Karras: *Stratified sampling for stochastic transparency*, EGSR 2011.
 //! - `[Matousek98]` J. Matoušek: *On the L₂-discrepancy for anchored boxes*, Journal of Complexity 14(4), 1998.
 //! - `[Matusik03]` W. Matusik et al.: *A data-driven reflectance model*, SIGGRAPH 2003.
+//! - `[Mikkelsen10]` M. S. Mikkelsen: *Bump mapping unparametrized surfaces on the GPU*, 2010.
 //! - `[Mitchell88]` D. P. Mitchell, A. N. Netravali: *Reconstruction filters in computer graphics*, SIGGRAPH 1988.
 //! - `[Moeller97]` T. Möller, B. Trumbore: *Fast, minimum storage ray/triangle intersection*, JGT 2(1), 1997.
 //! - `[ONeill14]` M. E. O'Neill: *PCG: a family of simple fast space-efficient statistically good algorithms for
@@ -98,6 +99,7 @@
 //! - `[Oren94]` M. Oren, S. K. Nayar: *Generalization of Lambert's reflectance model*, SIGGRAPH 1994.
 //! - `[PBRT3]` M. Pharr, W. Jakob, G. Humphreys: *Physically Based Rendering*, 3rd edition, 2016.
 //! - `[PBRT4]` M. Pharr, W. Jakob, G. Humphreys: *Physically Based Rendering*, 4th edition, 2023.
+//! - `[Perlin02]` K. Perlin: *Improving noise*, SIGGRAPH 2002.
 //! - `[Phong75]` B. T. Phong: *Illumination for computer generated pictures*, Communications of the ACM 18(6), 1975.
 //! - `[Querry85]` M. R. Querry: *Optical constants*, contractor report CRDC-CR-85034, 1985.
 //! - `[Rakic95]` A. D. Rakić: *Algorithm for the determination of intrinsic optical constants of metal films: application to

@@ -66,8 +66,12 @@ fn upwards(normal: Vec3) -> Vec3 {
 fn surface_gradient(texture: &Texture, frame: &Frame, at: &SurfaceCoordinates, derivatives: &Derivatives) -> Vec2 {
     let (step, length) = texture.step();
     let Derivatives { dpdu, dpdv } = *derivatives;
-    // Without texture coordinates, u and v are lengths along the frame's axes.
+    // What is read by position has no u and v: there they are lengths along the frame's axes. What is read by texture coordinates
+    // that don't vary has no slope.
     let has_uv = dpdu != Vec3::ZERO && dpdv != Vec3::ZERO && texture.needs_uv();
+    if texture.needs_uv() && !has_uv {
+        return Vec2::ZERO;
+    }
     let (along_u, along_v, step) = if has_uv { (dpdu, dpdv, step) } else { (frame.x, frame.y, Vec2::splat(length)) };
     let height = |du: f32, dv: f32| {
         let p = at.p + along_u * du + along_v * dv;

@@ -101,7 +101,7 @@ impl Scene {
     /// Whether any surface is on the ray's interval (0, `t_max`).
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        if self.needs.masks { self.intersect_masked(ray).is_some() } else { self.accel.any(ray) }
+        if self.needs.masks { self.occluded_masked(ray) } else { self.accel.any(ray) }
     }
 
     /// Radiance emitted at a surface point in direction `w` (unit, away from it); zero if it doesn't emit that way.

@@ -3,6 +3,7 @@
 use crate::emitter::EmitterId;
 use crate::material::MaterialId;
 use crate::relief::Derivatives;
+use crate::texture::SurfaceCoordinates;
 use sampling::math::Spectrum;
 use sampling::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
@@ -43,11 +44,16 @@ pub(crate) struct SphereInfo {
 impl SphereInfo {
     /// The texture coordinates of the point with this front normal: the longitude over 2π in [0, 1), and the latitude, 0 at the
     /// south pole and 1 at the north.
-    pub fn uv(&self, ng: Vec3) -> Vec2 {
+    fn uv(&self, ng: Vec3) -> Vec2 {
         let [x, y, z] = self.axes.map(|axis| axis.dot(self.outwards(ng)));
         let longitude = y.atan2(x) * (0.5 * FRAC_1_PI);
         let u = if longitude < 0.0 { (longitude + 1.0).min(1.0f32.next_down()) } else { longitude };
         Vec2::new(u, 1.0 - z.clamp(-1.0, 1.0).acos() * FRAC_1_PI)
+    }
+
+    /// Where textures are read at the point `p` with this front normal.
+    pub fn coordinates(&self, p: Vec3, ng: Vec3) -> SurfaceCoordinates {
+        SurfaceCoordinates { uv: self.uv(ng), ..SurfaceCoordinates::of(p) }
     }
 
     /// How that point moves with its texture coordinates; zero along u at the poles.
@@ -104,8 +110,13 @@ impl Attributes {
         self.derivatives.get((id - self.first) as usize).copied().unwrap_or_default()
     }
 
+    /// Where textures are read at the point `p` of a triangle, at barycentric coordinates `b`.
+    pub fn coordinates(&self, p: Vec3, id: u32, b: Vec2) -> SurfaceCoordinates {
+        SurfaceCoordinates { p, uv: self.uv(id, b), colour: self.colour(id, b) }
+    }
+
     /// The colour of a triangle at barycentric coordinates `b`; white if the mesh has none.
-    pub fn colour(&self, id: u32, b: Vec2) -> Spectrum {
+    fn colour(&self, id: u32, b: Vec2) -> Spectrum {
         if self.colours.is_empty() {
             return Spectrum::ONE;
         }
@@ -115,7 +126,7 @@ impl Attributes {
 
     /// The texture coordinates of a triangle at barycentric coordinates `b`; these themselves if the mesh has none.
     #[inline]
-    pub fn uv(&self, id: u32, b: Vec2) -> Vec2 {
+    fn uv(&self, id: u32, b: Vec2) -> Vec2 {
         if self.uvs.is_empty() {
             return b;
         }

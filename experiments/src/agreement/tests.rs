@@ -104,8 +104,8 @@ impl Estimator for Dimmed {
     }
 }
 
-/// Verdicts of order 1 in the Cornell box between `path` and itself, dimmed in so many of 32 columns.
-fn verdict(factor: f32, columns: u32) -> AgreementRow {
+/// The Cornell box by `path`, and by `path` dimmed in so many of 32 columns.
+fn results(factor: f32, columns: u32) -> [MethodResult; 2] {
     let methods = Methods::standard().with::<Dimmed>("dimmed", "path, dimmed");
     let options = scenes::LoadOptions { size: Some((32, 32)), ..Default::default() };
     let scene = scenes::load("cornell_box", &options).unwrap();
@@ -131,8 +131,24 @@ fn verdict(factor: f32, columns: u32) -> AgreementRow {
             skipped: Vec::new(),
         }
     };
-    let results = [run("path", json!({})), run("dimmed", json!({"factor": factor, "columns": columns}))];
+    [run("path", json!({})), run("dimmed", json!({"factor": factor, "columns": columns}))]
+}
+
+/// Verdicts of order 1 between the two.
+fn verdict(factor: f32, columns: u32) -> AgreementRow {
+    let results = results(factor, columns);
     compare(&[&results[0], &results[1]]).swap_remove(1)
+}
+
+#[test]
+fn means_that_coincide_by_chance_are_not_exact() {
+    let mut results = results(1.0, 0);
+    for (result, mean) in results.iter_mut().zip([0.2, 0.201]) {
+        result.measurement.replicate_means.iter_mut().for_each(|means| means[1] = [mean; 3]);
+    }
+    let row = compare(&[&results[0], &results[1]]).swap_remove(1);
+    assert_eq!((row.mean_b, row.verdict), (0.201, Verdict::Agree), "{row:?}");
+    assert!(row.t.abs() < 3.0 && row.detectable_bias > 0.005, "{row:?}");
 }
 
 #[test]

@@ -48,6 +48,17 @@ pub fn samples(bsdf: &Bsdf, wo: Vec3, replicate: u32, count: u32, mut each: impl
     }
 }
 
+/// The delta lobes that samples find, each once.
+pub fn delta_lobes(bsdf: &Bsdf, wo: Vec3) -> Vec<BsdfSample> {
+    let mut lobes: Vec<BsdfSample> = Vec::new();
+    samples(bsdf, wo, 0, 256, |sample| {
+        if sample.lobe.is_delta() && lobes.iter().all(|other| other.wi.distance(sample.wi) > 1e-3) {
+            lobes.push(sample);
+        }
+    });
+    lobes
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

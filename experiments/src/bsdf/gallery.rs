@@ -18,7 +18,8 @@ pub fn write(folder: &Path) -> Result<(), Error> {
         "# Scattering models\n\n\
          Made by `neumann bsdf --gallery --out docs/bsdfs`.\n\
          Each model is shown as it is when nothing is said of its parameters: as a ball, in the plane of incidence (the radius\n\
-         is the cube root of f cos θ), and over all directions.\n\
+         is the cube root of f cos θ), and over all directions (rings are delta lobes, larger for a larger share).\n\
+         `mix`, `merl` and `distribution_based`, which need something said, are shown by an example.\n\
          Try others with `neumann bsdf MODEL --set parameter=value`.\n",
     );
     for entry in Bsdf::MODELS {

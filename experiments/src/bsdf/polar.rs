@@ -2,9 +2,8 @@
 
 use super::{INCIDENCE, albedo, incident, transmits};
 use crate::export::markup::{Attributes, Markup};
-use crate::plot::chart::{FONT, STYLE};
-use crate::plot::pen::{colour, coordinates, line, rounded};
-use sampling::bsdf::{Bsdf, Lobes, TransportMode};
+use crate::plot::pen::{self, STYLE, Sheet, colour, coordinates, line, rounded};
+use sampling::bsdf::{Bsdf, BsdfSample, Lobes, TransportMode};
 use sampling::vec3;
 
 const RADIUS: f64 = 170.0;
@@ -20,23 +19,9 @@ pub fn svg(bsdf: &Bsdf, name: &str) -> String {
     let most = curves.iter().flatten().map(|&(_, value)| value).fold(0.0, f64::max);
     let height = TOP + RADIUS * if transmits(bsdf) { 2.0 } else { 1.0 } + MARGIN;
     let width = 2.0 * (RADIUS + MARGIN);
-    let mut m = Markup::default();
-    let description = format!("Polar plot of {name} in the plane of incidence");
-    let view = format!("0 0 {width} {height}");
-    let attributes: Attributes = &[
-        ("xmlns", &"http://www.w3.org/2000/svg"),
-        ("class", &"neumann-plot"),
-        ("role", &"img"),
-        ("aria-label", &description),
-        ("viewBox", &view),
-        ("width", &width),
-        ("height", &height),
-        ("font-family", &FONT),
-        ("font-size", &11),
-        ("fill", &"currentColor"),
-    ];
-    m.element("svg", attributes, |m| {
-        m.element("style", &[], |m| m.verbatim(STYLE));
+    let label = &format!("Polar plot of {name} in the plane of incidence");
+    let sheet = Sheet { label, size: (width, height), font_size: 11, style: Some(STYLE) };
+    let drawing = sheet.draw(|m| {
         m.line("text", &[("x", &8), ("y", &17), ("font-size", &14), ("font-weight", &600)], name);
         let unit = match most > 0.0 {
             true => format!("radius ∝ ∛(f cos θ); outer ring {} /sr; dashed: delta lobes", digits(most)),
@@ -56,7 +41,7 @@ pub fn svg(bsdf: &Bsdf, name: &str) -> String {
             arrow(m, *degrees, stroke);
         }
     });
-    format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{}\n", m.as_str())
+    pen::file(&drawing)
 }
 
 /// (angle from the normal \[rad\], f_s |cos θ_i|) around the plane of incidence; the largest channel.
@@ -101,14 +86,8 @@ fn arrow(m: &mut Markup, degrees: f32, stroke: &str) {
 
 /// A dashed ray for every delta lobe in the plane of incidence.
 fn deltas(m: &mut Markup, bsdf: &Bsdf, degrees: f32, stroke: &str) {
-    let mut shares: Vec<(f64, f64)> = Vec::new();
-    albedo::samples(bsdf, incident(degrees), 0, 256, |sample| {
-        let angle = (sample.wi.x as f64).atan2(sample.wi.z as f64);
-        if sample.lobe.is_delta() && !shares.iter().any(|(other, _)| (other - angle).abs() < 1e-3) {
-            shares.push((angle, (sample.weight.max_component() * sample.pdf) as f64));
-        }
-    });
-    for (angle, share) in shares {
+    for BsdfSample { wi, weight, pdf, .. } in albedo::delta_lobes(bsdf, incident(degrees)) {
+        let (angle, share) = ((wi.x as f64).atan2(wi.z as f64), (weight.max_component() * pdf) as f64);
         let ((x1, y1), (x2, y2)) = (place(0.0, 0.0), place(angle, share.cbrt()));
         let ray: Attributes = &[
             ("x1", &x1),

@@ -98,15 +98,17 @@ impl Picture {
 
     /// Writes a line of text; what is outside is cut off.
     pub fn letter(&mut self, text: &str, x0: usize, y0: usize, ink: [u8; 3]) {
-        lettering::draw(text, |x, y, coverage| {
-            let (x, y) = (x0 + x, y0 + y);
-            if x < self.width && y < self.height {
-                let at = (y * self.width + x) * 3;
-                for (under, over) in self.rgb[at..at + 3].iter_mut().zip(ink) {
-                    *under = (*under as f32 + (over as f32 - *under as f32) * coverage).round() as u8;
-                }
+        lettering::draw(text, |x, y, coverage| self.blend(x0 + x, y0 + y, ink, coverage));
+    }
+
+    /// Lays ink over this share of a pixel, if it is inside.
+    pub fn blend(&mut self, x: usize, y: usize, ink: [u8; 3], coverage: f32) {
+        if x < self.width && y < self.height {
+            let at = (y * self.width + x) * 3;
+            for (under, over) in self.rgb[at..at + 3].iter_mut().zip(ink) {
+                *under = (*under as f32 + (over as f32 - *under as f32) * coverage).round() as u8;
             }
-        });
+        }
     }
 }
 

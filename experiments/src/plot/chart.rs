@@ -3,7 +3,7 @@
 //! Text and lines take the page's colour (`currentColor`), so that the same file serves light and dark pages; a file on
 //! its own brings a style that follows the reader's preference.
 
-use super::pen::{colour, coordinates, line, mark, rounded};
+use super::pen::{STYLE, Sheet, colour, coordinates, file, line, mark, rounded};
 use super::scale::{LogScale, drawable, label};
 use crate::export::markup::{Attributes, Markup};
 use crate::export::notation::{brief, listed};
@@ -59,11 +59,6 @@ pub struct Chart {
     pub series: Vec<Series>,
 }
 
-/// The typeface of plots.
-pub const FONT: &str = "system-ui, 'DejaVu Sans', sans-serif";
-/// The style of a plot that is a file of its own.
-pub const STYLE: &str = ".neumann-plot{color:#1b1d21}@media(prefers-color-scheme:dark){.neumann-plot{color:#e6e8ec}}";
-
 const HEIGHT: f64 = 280.0;
 const WIDTH: f64 = 430.0;
 const TOP: f64 = 46.0;
@@ -77,7 +72,7 @@ const MAX_LABEL: usize = 28;
 impl Chart {
     /// The chart as a file of its own.
     pub fn file(&self) -> String {
-        format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{}\n", self.svg(Some(STYLE)).as_str())
+        file(&self.svg(Some(STYLE)))
     }
 
     /// The chart as a part of a page, in the page's colour.
@@ -104,24 +99,7 @@ impl Chart {
 
     fn svg(&self, style: Option<&'static str>) -> Markup {
         let description = format!("{}. Vertical axis: {}.", self.title, self.vertical);
-        let mut m = Markup::default();
-        let view = format!("0 0 {WIDTH} {HEIGHT}");
-        let attributes: Attributes = &[
-            ("xmlns", &"http://www.w3.org/2000/svg"),
-            ("class", &"neumann-plot"),
-            ("role", &"img"),
-            ("aria-label", &description),
-            ("viewBox", &view),
-            ("width", &WIDTH),
-            ("height", &HEIGHT),
-            ("font-family", &FONT),
-            ("font-size", &12),
-            ("fill", &"currentColor"),
-        ];
-        m.element("svg", attributes, |m| {
-            if let Some(style) = style {
-                m.element("style", &[], |m| m.verbatim(style));
-            }
+        Sheet { label: &description, size: (WIDTH, HEIGHT), font_size: 12, style }.draw(|m| {
             m.line("text", &[("x", &8), ("y", &17), ("font-size", &14), ("font-weight", &600)], &self.title);
             m.line("text", &[("x", &8), ("y", &34), ("font-size", &11), ("opacity", &0.75)], &self.vertical);
             match Plot::of(self) {
@@ -132,8 +110,7 @@ impl Chart {
                     "There is nothing that a logarithmic axis could show.",
                 ),
             }
-        });
-        m
+        })
     }
 }
 

@@ -1,9 +1,59 @@
-//! The strokes that charts are made of: colours, marks, lines.
+//! What drawings are made of: the sheet, colours, marks, lines.
 
 use crate::export::markup::{Attributes, Markup};
 
 /// Colours that stay apart for colour-blind readers and stand out from white as from black (after Okabe & Ito 2008).
 const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#a87400", "#808080", "#7a5fd0"];
+
+/// The typeface of plots.
+const FONT: &str = "system-ui, 'DejaVu Sans', sans-serif";
+/// The style of a plot that is a file of its own; in a page it has the page's colour.
+pub const STYLE: &str = ".neumann-plot{color:#1b1d21}@media(prefers-color-scheme:dark){.neumann-plot{color:#e6e8ec}}";
+
+/// What a drawing is made on.
+pub struct Sheet<'a> {
+    /// What it tells those who can't see it.
+    pub label: &'a str,
+    /// Width and height [SVG units].
+    pub size: (f64, f64),
+    /// Size of letters where nothing is said of it [SVG units].
+    pub font_size: u32,
+    /// [`STYLE`] in a file of its own.
+    pub style: Option<&'static str>,
+}
+
+impl Sheet<'_> {
+    /// The drawing.
+    pub fn draw(&self, content: impl FnOnce(&mut Markup)) -> Markup {
+        let (width, height) = self.size;
+        let view = format!("0 0 {width} {height}");
+        let attributes: Attributes = &[
+            ("xmlns", &"http://www.w3.org/2000/svg"),
+            ("class", &"neumann-plot"),
+            ("role", &"img"),
+            ("aria-label", &self.label),
+            ("viewBox", &view),
+            ("width", &width),
+            ("height", &height),
+            ("font-family", &FONT),
+            ("font-size", &self.font_size),
+            ("fill", &"currentColor"),
+        ];
+        let mut m = Markup::default();
+        m.element("svg", attributes, |m| {
+            if let Some(style) = self.style {
+                m.element("style", &[], |m| m.verbatim(style));
+            }
+            content(m);
+        });
+        m
+    }
+}
+
+/// A drawing as the text of a file.
+pub fn file(drawing: &Markup) -> String {
+    format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{}\n", drawing.as_str())
+}
 
 /// The colour of a series.
 pub fn colour(index: usize) -> &'static str {

@@ -1,7 +1,6 @@
 //! The points of samplers, seen from above: what a pixel's samples look like at an address, at two, and in pixels side by side.
 
-use super::chart::{FONT, STYLE};
-use super::pen::{colour, line, rounded};
+use super::pen::{self, STYLE, Sheet, colour, line, rounded};
 use crate::export::markup::{Attributes, Markup};
 use sampling::Vec2;
 use sampling::sampler::{Purpose, Role, Sampler, SamplerKind, StreamKey, Subpath};
@@ -71,31 +70,15 @@ fn points(kind: SamplerKind, samples: u32, pixels: u64, draw: fn(&mut Sampler) -
 
 /// The picture as a file of its own.
 pub fn file(samplers: &[SamplerKind]) -> String {
-    format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{}\n", svg(samplers, Some(STYLE)).as_str())
+    pen::file(&svg(samplers, Some(STYLE)))
 }
 
 /// A column a sampler, a row a way to look at it.
 pub fn svg(samplers: &[SamplerKind], style: Option<&'static str>) -> Markup {
     let width = samplers.len() as f64 * (SIDE + GAP) + GAP;
     let height = TOP + ROWS.len() as f64 * (SIDE + GAP + WORDS);
-    let view = format!("0 0 {width} {height}");
-    let mut m = Markup::default();
-    let attributes: Attributes = &[
-        ("xmlns", &"http://www.w3.org/2000/svg"),
-        ("class", &"neumann-plot"),
-        ("role", &"img"),
-        ("aria-label", &"Points of samplers in the unit square"),
-        ("viewBox", &view),
-        ("width", &width),
-        ("height", &height),
-        ("font-family", &FONT),
-        ("font-size", &12),
-        ("fill", &"currentColor"),
-    ];
-    m.element("svg", attributes, |m| {
-        if let Some(style) = style {
-            m.element("style", &[], |m| m.verbatim(style));
-        }
+    let label = "Points of samplers in the unit square";
+    Sheet { label, size: (width, height), font_size: 12, style }.draw(|m| {
         for (column, kind) in samplers.iter().enumerate() {
             let x = GAP + column as f64 * (SIDE + GAP);
             m.line("text", &[("x", &x), ("y", &16), ("font-weight", &600)], kind);
@@ -107,8 +90,7 @@ pub fn svg(samplers: &[SamplerKind], style: Option<&'static str>) -> Markup {
                 panel(m, row, kind, (GAP + column as f64 * (SIDE + GAP), y + WORDS));
             }
         }
-    });
-    m
+    })
 }
 
 fn panel(m: &mut Markup, row: &Row, kind: SamplerKind, (x, y): (f64, f64)) {

@@ -15,14 +15,11 @@ impl Table {
             };
             self.add(Record {
                 order: order_name(row.order),
-                spp: u64::from(point.samples) * u64::from(point.replicates),
-                replicates: point.replicates,
-                seconds: point.seconds * f64::from(point.replicates),
                 quantity: "rmse_ratio",
                 value: row.ratio,
                 ci_low: Some(row.ci.0),
                 ci_high: Some(row.ci.1),
-                ..blank.clone()
+                ..blank.over([point])
             });
         }
     }
@@ -62,21 +59,16 @@ impl Table {
     }
 
     fn add_integral(&mut self, blank: &Record, integral: &IntegralResult) {
-        let (mut all_spp, mut all_replicates, mut all_seconds) = (0, 0, 0.0);
         for (point, &p) in integral.points.iter().zip(&integral.p) {
-            let spp = u64::from(point.samples) * u64::from(point.replicates);
-            let seconds = point.seconds * f64::from(point.replicates);
-            let row = Record { spp, replicates: point.replicates, seconds, ..blank.clone() };
+            let row = blank.over([point]);
             let (ci_low, ci_high) = (Some(point.ci.0), Some(point.ci.1));
             self.add(Record { quantity: "mean", value: point.mean, ..row.clone() });
             self.add(Record { quantity: "mse", value: point.variance, ci_low, ci_high, ..row.clone() });
             self.add(Record { quantity: "integral_p", value: p, ..row });
-            (all_spp, all_replicates, all_seconds) =
-                (all_spp + spp, all_replicates + point.replicates, all_seconds + seconds);
         }
         if let Some(line) = integral.slope {
             let (ci_low, ci_high) = (Some(line.ci.0), Some(line.ci.1));
-            let row = Record { spp: all_spp, replicates: all_replicates, seconds: all_seconds, ..blank.clone() };
+            let row = blank.over(&integral.points);
             self.add(Record { quantity: "slope", value: line.slope, ci_low, ci_high, ..row });
         }
     }

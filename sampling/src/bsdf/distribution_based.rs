@@ -57,7 +57,7 @@ impl HalfVectors {
     ///
     /// # Errors
     ///
-    /// All are zero, or too many.
+    /// Fewer than two, too many, all zero, or one that is not finite.
     pub fn read(numbers: &[f32]) -> Result<Shared<Self>, String> {
         let bytes: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
         TABLES.get(&bytes, || Self::new(numbers))
@@ -67,7 +67,7 @@ impl HalfVectors {
         let largest = numbers.iter().copied().fold(0.0, f32::max);
         if let Some(i) = numbers.iter().position(|x| !x.is_finite()) {
             return Err(format!(
-                "number {} is larger than {:.1e}: give smaller ones, of which the scale means nothing",
+                "number {} is not finite or larger than {:.1e}: give smaller ones, of which the scale means nothing",
                 i + 1,
                 f32::MAX
             ));

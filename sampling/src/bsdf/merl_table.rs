@@ -276,7 +276,8 @@ impl HalfVectors {
         let share = (u.y - self.below[bin]) / (self.below[bin + 1] - self.below[bin]);
         let (a, b) = (self.densities[bin], self.densities[bin + 1]);
         // The root of a x + (b − a) x² / 2 = share (a + b) / 2 that loses no digit as b approaches a.
-        let x = share * (a + b) / (a + (a * a + share * (b * b - a * a)).max(0.0).sqrt());
+        let root = (a * a + share * (b * b - a * a)).max(0.0).sqrt();
+        let x = if share > 0.0 { share * (a + b) / (a + root) } else { 0.0 };
         let one_minus_cos = self.edges[bin] + x * (self.edges[bin + 1] - self.edges[bin]);
         let sin = (one_minus_cos * (2.0 - one_minus_cos)).sqrt();
         let (sin_phi, cos_phi) = sin_cos_turns(u.x);

@@ -17,9 +17,9 @@ use std::f32::consts::{FRAC_2_PI, PI};
 /// - *qualitative*: ρ/π (C₁ + k max(0, cos φ) sin α tan β).
 ///
 /// Both are fits to numbers, and exceed an albedo of 1 where the surface is white and seen at grazing angles: the full form
-/// by up to 5.1 % (σ = 18°), the qualitative one by up to 1.6 % (σ = 12°). The full form falls below zero where σ > 40°, the surface is dark, and both
-/// directions graze it from opposite sides; it is taken as zero there. Scattering of third and higher order is left out, and
-/// the light lost by it is not put back.
+/// by up to 5.1 % (σ = 18°), the qualitative one by up to 1.5 % (σ = 11°). The full form falls below zero where σ > 40°, the
+/// surface is dark, and both directions graze it from opposite sides; it is taken as zero there. Scattering of third and
+/// higher order is left out, and the light lost by it is not put back.
 ///
 /// Samples are a mixture of cosine-distributed and, for what grows towards grazing angles, uniform directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -141,7 +141,7 @@ impl BsdfModel for OrenNayar {
         ),
     ];
 
-    /// 1.051 of the full form, at σ = 18° and grazing angles, and 1.016 of the qualitative one, at σ = 12°; measured.
+    /// 1.051 of the full form, at σ = 18° and grazing angles, and 1.015 of the qualitative one, at σ = 11°; measured.
     const MAX_ALBEDO: f32 = 1.052;
 
     fn from_arguments(arguments: &Arguments) -> Result<Bsdf, Misfit> {

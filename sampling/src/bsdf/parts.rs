@@ -82,7 +82,7 @@ pub trait TwoParts: Copy {
         if pdf == 0.0 {
             return None;
         }
-        // Both parts have the same density's factor of wi, so that nothing that over- or underflows is divided here.
+        // The density has the glossy value's own factors: where the one is large or small, so is the other.
         let weight = (parts.diffuse + parts.glossy) * (wi.z / pdf);
         Some(BsdfSample { wi: wi.with_z(wi.z.copysign(wo.z)), weight, pdf, lobe, eta: 1.0 })
     }

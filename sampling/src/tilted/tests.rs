@@ -172,3 +172,27 @@ fn a_mirror_reflects_no_more_than_it_receives() {
         }
     }
 }
+
+#[test]
+fn a_mirror_reflects_what_the_smoothest_metals_do() {
+    let mean_albedo = |bsdf: &Bsdf, normal: Vec3| {
+        let tilted = Tilted::new(bsdf, normal);
+        let mut stream = Stream::new(5, 1);
+        let n = 200_000;
+        let sum: f64 = (0..n)
+            .map(|_| {
+                let [a, b, uc, x, y] = std::array::from_fn(|_| stream.next_f32());
+                let wo = crate::warp::cosine_hemisphere(Vec2::new(a, b));
+                tilted.sample(wo, uc, Vec2::new(x, y), MODE).map_or(0.0, |s| f64::from(s.weight.mean()))
+            })
+            .sum();
+        sum / f64::from(n)
+    };
+    let mirror = Bsdf::from(Mirror { reflectance: Spectrum::ONE });
+    let metal = Bsdf::from(RoughConductor::from_reflectance(Spectrum::ONE, 1e-3, 1e-3));
+    for normal in normals() {
+        let [smooth, rough] = [&mirror, &metal].map(|bsdf| mean_albedo(bsdf, normal));
+        // Standard errors are up to 3e-3.
+        assert!((smooth - rough).abs() < 0.015 && smooth > 0.1, "{normal}: {smooth} {rough}");
+    }
+}

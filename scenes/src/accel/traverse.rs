@@ -111,33 +111,30 @@ impl Accel {
 
     /// Visits the leaves whose boxes the ray meets, in any order.
     pub(super) fn leaves_met(&self, ray: &Ray, mut visit: impl FnMut(Child)) {
-        let slabs = Slabs::new(ray);
-        let limit = ray.t_max * FAR;
-        let mut stack = [0 as Child; DEEP_STACK];
-        let mut top = 1;
-        while top > 0 {
-            top -= 1;
-            let child = stack[top];
-            if child & LEAF != 0 {
-                visit(child);
-                continue;
-            }
-            let node = &self.nodes[child as usize];
-            let (_, mut mask) = slabs.enter(node, limit);
-            while mask != 0 {
-                let lane = mask.trailing_zeros() as usize;
-                mask &= mask - 1;
-                stack[top] = node.children[lane % WIDTH];
-                top += 1;
-            }
-        }
+        self.any_leaf::<DEEP_STACK>(ray, |leaf| {
+            visit(leaf);
+            false
+        });
     }
 
     /// Boxes in any order, until something is met.
     #[inline(never)]
     fn any_with_stack<const Z: usize, const N: usize>(&self, ray: &Ray, query: &Query, t_max: f64) -> bool {
-        let slabs = Slabs::new(ray);
         let inverse_length2 = query.direction.length_squared().recip();
+        self.any_leaf::<N>(ray, |leaf| {
+            if leaf & SPHERE != 0 {
+                let sphere = &self.spheres[(leaf & !(LEAF | SPHERE)) as usize];
+                meets_sphere(sphere, query, inverse_length2, t_max)
+            } else {
+                meets_block::<Z>(&self.blocks[(leaf & !LEAF) as usize], query, t_max)
+            }
+        })
+    }
+
+    /// Whether `met` says so of any leaf whose box the ray meets, in any order; the rest is left out then.
+    #[inline(always)]
+    fn any_leaf<const N: usize>(&self, ray: &Ray, mut met: impl FnMut(Child) -> bool) -> bool {
+        let slabs = Slabs::new(ray);
         let limit = ray.t_max * FAR;
         let mut stack = [0 as Child; N];
         let mut top = 1;
@@ -145,13 +142,7 @@ impl Accel {
             top -= 1;
             let child = stack[top];
             if child & LEAF != 0 {
-                let met = if child & SPHERE != 0 {
-                    let sphere = &self.spheres[(child & !(LEAF | SPHERE)) as usize];
-                    meets_sphere(sphere, query, inverse_length2, t_max)
-                } else {
-                    meets_block::<Z>(&self.blocks[(child & !LEAF) as usize], query, t_max)
-                };
-                if met {
+                if met(child) {
                     return true;
                 }
                 continue;

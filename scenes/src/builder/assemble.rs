@@ -42,6 +42,9 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
     if parts.degenerate > 0 {
         builder.notes.push(format!("{} triangles without area were left out", parts.degenerate));
     }
+    if parts.emitters.is_empty() {
+        builder.notes.push("nothing emits light, so that all is black".into());
+    }
     // Skips change no image, so the hash is taken of what was given.
     let given = materials(&builder.materials, shift, Skip::Unneeded);
     let hash = hash(&parts.content(&given, environment, &camera));

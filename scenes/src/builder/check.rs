@@ -61,7 +61,7 @@ impl Shape {
             Geometry::Sphere { .. } => "sphere",
             Geometry::Mesh(_) => "mesh",
         };
-        format!("shape {} (a {kind})", index + 1)
+        format!("shapes[{index}] (a {kind})")
     }
 }
 

@@ -65,8 +65,7 @@ impl<'a> Looked<'a> {
                 let spread = (0..POINTS).map(|i| sampling::warp::uniform_sphere(spread(i)));
                 let point = |outwards: Vec3| {
                     let ng = if info.flipped { -outwards } else { outwards };
-                    let p = sphere.center + outwards * sphere.radius;
-                    SurfaceCoordinates { uv: info.uv(ng), ..SurfaceCoordinates::of(p) }
+                    info.coordinates(sphere.center + outwards * sphere.radius, ng)
                 };
                 poles.chain(spread).map(point).collect()
             }
@@ -77,8 +76,7 @@ impl<'a> Looked<'a> {
                     let Some(attributes) = attributes else {
                         return SurfaceCoordinates { uv: b, ..SurfaceCoordinates::of(p) };
                     };
-                    let id = attributes.first + index as u32;
-                    SurfaceCoordinates { p, uv: attributes.uv(id, b), colour: attributes.colour(id, b) }
+                    attributes.coordinates(p, attributes.first + index as u32, b)
                 };
                 let corners = (0..triangles.len()).flat_map(|i| [Vec2::ZERO, Vec2::X, Vec2::Y].map(|b| point(i, b)));
                 let inside = (0..if triangles.is_empty() { 0 } else { POINTS }).map(|i| {
@@ -106,30 +104,30 @@ pub(super) fn look(
     shape: &str,
 ) -> Result<Vec<Bsdf>, SceneError> {
     let name = &format!("{material} on {shape}");
-    check_coordinates(varying, surface, name).map_err(|error| material.place(error))?;
-    for (parameter, domain, texture) in varying.textures() {
-        let mut ends = surface.ends(texture).into_iter();
-        ends.try_for_each(|value| check_domain(value, domain, parameter, name))
-            .map_err(|error| material.place(error))?;
-    }
-    if let Some(opacity) = &varying.opacity {
-        let mut ends = surface.ends(opacity).into_iter();
-        ends.try_for_each(|value| check_domain(value, Domain::Number(0.0, 1.0), "opacity", name))
-            .map_err(|error| material.place(error))?;
+    look_at(varying, surface, name).map_err(|error| material.place(error))
+}
+
+fn look_at(varying: &Varying, surface: &Looked, name: &str) -> Result<Vec<Bsdf>, SceneError> {
+    check_coordinates(varying, surface, name)?;
+    let opacity = varying.opacity.iter().map(|texture| ("opacity", Domain::Number(0.0, 1.0), texture));
+    for (parameter, domain, texture) in varying.textures().chain(opacity) {
+        surface.ends(texture).into_iter().try_for_each(|value| check_domain(value, domain, parameter, name))?;
     }
     let mut seen = Vec::new();
     for point in surface.points() {
         let bsdf = varying.with(|texture| texture.at(&point)).map_err(|misfit| {
             let message = format!("the `{}` of {name} doesn't go with its other parameters", misfit.parameter);
-            material.place(SceneError::invalid(message, misfit.mend))
+            SceneError::invalid(message, misfit.mend)
         })?;
-        check_fixed(varying, &bsdf, name).map_err(|error| material.place(error))?;
+        check_fixed(varying, &bsdf, name)?;
         seen.push(bsdf);
         if varying.textures().next().is_none() {
             break;
         }
     }
-    seen.extend(extremes(varying, surface));
+    let extremes = extremes(varying, surface);
+    extremes.iter().try_for_each(|bsdf| check_fixed(varying, bsdf, name))?;
+    seen.extend(extremes);
     Ok(seen)
 }
 
@@ -162,17 +160,17 @@ fn extremes(varying: &Varying, surface: &Looked) -> Vec<Bsdf> {
 
 /// A material that is read by texture coordinates or vertex colours needs a surface that has them.
 fn check_coordinates(varying: &Varying, surface: &Looked, name: &str) -> Result<(), SceneError> {
-    let Looked::Mesh(_, attributes) = surface else {
-        return Ok(());
-    };
     let lacks = |what: &str| {
-        let mend = format!("give the mesh {what}, or the material something that does without");
-        Err(SceneError::invalid(format!("{name} is read by {what}, which the mesh doesn't have"), mend))
+        let mend = format!("give a mesh {what}, or the material something that does without");
+        Err(SceneError::invalid(format!("{name} is read by {what}, which there are none of"), mend))
+    };
+    let coloured = varying.all_textures().any(|texture| *texture == Texture::VertexColour);
+    let Looked::Mesh(_, attributes) = surface else {
+        return if coloured { lacks("vertex colours") } else { Ok(()) };
     };
     if varying.all_textures().any(Texture::needs_uv) && attributes.is_none_or(|attributes| attributes.uvs.is_empty()) {
         return lacks("texture coordinates");
     }
-    let coloured = varying.all_textures().any(|texture| *texture == Texture::VertexColour);
     if coloured && attributes.is_none_or(|attributes| attributes.colours.is_empty()) {
         return lacks("vertex colours");
     }
@@ -184,8 +182,11 @@ fn check_fixed(varying: &Varying, bsdf: &Bsdf, name: &str) -> Result<(), SceneEr
     let Some((parameter, ..)) = varying.textures().find(|(parameter, ..)| bsdf.fixed().contains(parameter)) else {
         return Ok(());
     };
-    Err(SceneError::invalid(
-        format!("the `{parameter}` of {name} varies, but must be the same all over it"),
-        "give a number; a roughness may vary with the distributions ggx and beckmann, without compensation",
-    ))
+    let mend = match parameter {
+        "roughness" | "alpha" | "alpha_x" | "alpha_y" => {
+            "give a number; it may vary with the distributions ggx and beckmann, without compensation"
+        }
+        _ => "give a number",
+    };
+    Err(SceneError::invalid(format!("the `{parameter}` of {name} varies, but must be the same all over it"), mend))
 }

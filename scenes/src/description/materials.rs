@@ -8,7 +8,7 @@ use sampling::bsdf::{Argument, Arguments, Bsdf, Domain, Misfit, Parameter, Prese
 use sampling::math::Spectrum;
 
 use super::reader::{Table, Value};
-use super::textures::Textures;
+use super::textures::{Textures, read_file};
 use super::{kind, subsurface};
 use crate::builder::{MaterialName, SceneBuilder};
 use crate::error::SceneError;
@@ -68,7 +68,10 @@ pub(super) fn constant(root: &Table, name: &str) -> Result<Bsdf, SceneError> {
     };
     match reader.named(name, table, &mut vec![*name])? {
         Material::Constant(bsdf) => Ok(bsdf),
-        Material::Varying(_) => Err(table.error(format!("`{name}` varies"), "give numbers instead of textures")),
+        Material::Varying(_) => {
+            let mend = "give numbers instead of textures, and no normal map, bump map or opacity";
+            Err(table.error(format!("`{name}` is looked at in one point, and varies"), mend))
+        }
         Material::Subsurface(_) => Err(table.error(format!("`{name}` is a body"), "name a material with a BSDF alone")),
     }
 }
@@ -139,18 +142,32 @@ impl<'a, 'f> Reader<'a, 'f> {
             (None, None) => Ok(None),
             (Some(normals), None) => {
                 let texture = self.textures.read(&normals, Encoding::Linear)?;
+                check_normals(&normals, &texture)?;
                 Ok(Some(Relief::Normals(within_domain(&normals, texture, Domain::Colour(0.0, 1.0))?)))
             }
-            (None, Some(heights)) => Ok(Some(Relief::Heights(self.textures.read(&heights, Encoding::Linear)?))),
+            (None, Some(heights)) => match self.number_or_texture(&heights)? {
+                Texture::VertexColour => {
+                    Err(heights.error("its slope is not known from vertex colours; give an image or noise"))
+                }
+                texture => Ok(Some(Relief::Heights(texture))),
+            },
             (Some(_), Some(bump)) => Err(bump.error("there is a `normal_map` as well; keep one of the two")),
         }
     }
 
     fn opacity(&self, table: &Table<'a>) -> Result<Option<Texture>, SceneError> {
         let Some(value) = table.get("opacity") else { return Ok(None) };
-        let opacity = within_domain(&value, self.textures.read(&value, Encoding::Linear)?, Domain::Number(0.0, 1.0))?;
+        let opacity = within_domain(&value, self.number_or_texture(&value)?, Domain::Number(0.0, 1.0))?;
         // What is opaque everywhere needs no mask.
         Ok((opacity != Texture::Constant(Spectrum::ONE)).then_some(opacity))
+    }
+
+    /// A texture, or a number that holds everywhere.
+    fn number_or_texture(&self, value: &Value) -> Result<Texture, SceneError> {
+        if value.is_table() {
+            return self.textures.read(value, Encoding::Linear);
+        }
+        Ok(Texture::Constant(Spectrum::splat(value.number()? as f32)))
     }
 
     fn argument(
@@ -199,12 +216,7 @@ impl<'a, 'f> Reader<'a, 'f> {
             Domain::File { read } => {
                 let Some(folder) = self.folder else { return Err(value.error("a built-in scene cannot name files")) };
                 let path = folder.join(value.text()?);
-                let bytes = std::fs::read(&path).map_err(|error| {
-                    value.error(format!(
-                        "cannot read {}: {error}; paths start at the scene file's folder",
-                        path.display()
-                    ))
-                })?;
+                let bytes = read_file(&path).map_err(|mend| value.error(mend))?;
                 let table = read(&bytes).map_err(|mend| value.error(format!("{}: {mend}", path.display())))?;
                 constant(Argument::Table(table))
             }
@@ -227,7 +239,10 @@ impl<'a, 'f> Reader<'a, 'f> {
         within.pop();
         match material {
             Material::Constant(bsdf) => Ok(bsdf.kept()),
-            Material::Varying(_) => Err(value.error("it must be the name of a material that doesn't vary")),
+            Material::Varying(_) => {
+                let mend = "of a material without textures, normal map, bump map and opacity";
+                Err(value.error(format!("it must be the name {mend}; give the mix itself those")))
+            }
             Material::Subsurface(_) => Err(value.error("it must be the name of a material without subsurface")),
         }
     }
@@ -241,6 +256,19 @@ fn within_domain(value: &Value, texture: Texture, domain: Domain) -> Result<Text
         None => Ok(texture),
         Some(number) => Err(value.error(format!("it reaches {number}; keep it {domain}"))),
     }
+}
+
+/// Normals point out of the surface: a map that has none such is no normal map.
+fn check_normals(value: &Value, texture: &Texture) -> Result<(), SceneError> {
+    let points_inwards = |colour: &Spectrum| colour.to_array()[2] <= 0.5;
+    let is_wrong = match texture {
+        Texture::Checkerboard { values, .. } => values.iter().any(points_inwards),
+        other => other.range().is_some_and(|(_, high)| points_inwards(&high)),
+    };
+    if is_wrong {
+        return Err(value.error("its normals, 2c − 1 of a colour c, point into the surface; make blue more than 0.5"));
+    }
+    Ok(())
 }
 
 enum Given {

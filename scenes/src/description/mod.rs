@@ -133,7 +133,8 @@ fn read_camera(table: &Table, size: Option<(u32, u32)>) -> Result<CameraSettings
     };
     if up.cross(view).length() < 1e-6 {
         let message = format!("the camera looks along its `up`, [{}, {}, {}]", up.x, up.y, up.z);
-        return Err(table.error(message, "give an `up` across the view, such as `up = [0, 0, 1]`"));
+        let across = if view.y.abs() < 0.9 { "[0, 1, 0]" } else { "[0, 0, 1]" };
+        return Err(table.error(message, format!("give an `up` across the view, such as `up = {across}`")));
     }
     let fov = match table.get("fov") {
         Some(fov) => fov.number_in(0.001..=179.0, "a field of view lies between 0.001 and 179 degrees")?,

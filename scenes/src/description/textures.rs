@@ -11,8 +11,11 @@ use sampling::{Vec2, vec2};
 
 use super::reader::{Table, Value};
 use crate::error::SceneError;
-use crate::suggest::did_you_mean;
+use crate::suggest::{did_you_mean, near_file};
 use crate::texture::{Channel, Encoding, Image, ImageTexture, Noise, Texture, UvMap, Wrap};
+
+/// The place of alpha in [`Channel::NAMES`].
+const ALPHA: usize = 3;
 
 /// A file, the encoding declared for it, and the one that holds otherwise.
 type Decoding = (PathBuf, Option<Encoding>, Encoding);
@@ -72,6 +75,9 @@ impl<'f> Textures<'f> {
         let channel = choice(table, "channel", &Channel::NAMES)?.map_or(Channel::Colour, Channel::One);
         let scale = table.get("scale").map_or(Ok(Spectrum::ONE), |scale| scale.colour())?;
         let image = self.file(&table.need("image", "\"wood.png\"")?, declared, otherwise)?;
+        if let (Channel::One(ALPHA), false, Some(value)) = (channel, image.has_alpha(), table.get("channel")) {
+            return Err(value.error("the image has no alpha; name another channel, such as `r`"));
+        }
         Ok(Texture::Image(ImageTexture { image, wrap, map: uv_map(table)?, channel, scale }))
     }
 
@@ -83,15 +89,21 @@ impl<'f> Textures<'f> {
             return Ok(image.clone());
         }
         let path = &key.0;
-        let bytes = std::fs::read(path).map_err(|error| {
-            value.error(format!("cannot read {}: {error}; paths start at the scene file's folder", path.display()))
-        })?;
+        let bytes = read_file(path).map_err(|mend| value.error(mend))?;
         let image = Image::decode(&bytes, declared, otherwise)
             .map_err(|mend| value.error(format!("{}: {mend}", path.display())))?;
         let image = Arc::new(image);
         self.images.borrow_mut().insert(key, image.clone());
         Ok(image)
     }
+}
+
+/// The bytes of a file, or what is wrong, with the nearest name in its folder.
+pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, String> {
+    std::fs::read(path).map_err(|error| {
+        let near = near_file(path).map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
+        format!("cannot read {}: {error}; {near}paths start at the scene file's folder", path.display())
+    })
 }
 
 /// A colour, or `{ ramp = { base, slope, axis, origin = [0, 0, 0], scale = 1 } }`: `base + slope · ((p − origin)·axis /
@@ -154,8 +166,8 @@ fn uv_map(table: &Table) -> Result<UvMap, SceneError> {
         Some(value) if value.is_array() => two(&value)?,
         Some(value) => Vec2::splat(value.coordinate()? as f32),
     };
-    if scale.x == 0.0 || scale.y == 0.0 {
-        return Err(table.error("`uv_scale` is 0", "give how often the pattern is repeated: any other number"));
+    if let (true, Some(value)) = (scale.x == 0.0 || scale.y == 0.0, table.get("uv_scale")) {
+        return Err(value.error("it is 0; give how often the pattern is repeated: any other number"));
     }
     let offset = table.get("uv_offset").map_or(Ok(Vec2::ZERO), |value| two(&value))?;
     Ok(UvMap { scale, offset })

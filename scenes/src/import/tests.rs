@@ -100,7 +100,7 @@ fn the_rule_metal_and_matte() {
     let Bsdf::Lambert(lambert) = check("", "Lambert", &[]) else { unreachable!() };
     assert_eq!(lambert.albedo, Spectrum::splat(0.5));
     check("Kd 1.2 1 1", "Lambert", &["its Kd is above 1"]);
-    check("Kd 1\nmap_Kd wood.png", "Lambert", &["`map_Kd wood.png` is not read"]);
+    check("Kd 1\nmap_Kd wood.png", "Lambert", &["its map_Kd `wood.png` is left out"]);
     check("Kd spectral a.rfl", "Lambert", &["`Kd spectral a.rfl` is not read"]);
 }
 

@@ -7,7 +7,7 @@
 use super::Scene;
 use crate::accel::Hit;
 use crate::interaction::Interaction;
-use crate::ray::{Ray, SurfacePoint};
+use crate::ray::Ray;
 use sampling::rng::{mix2, unit_f32};
 
 /// After so many surfaces passed, the next is met: a ray that does not leave a place would never end.
@@ -17,18 +17,27 @@ impl Scene {
     /// The first surface point on the ray's interval (0, `t_max`) that the ray meets.
     #[inline(never)]
     pub(super) fn intersect_masked(&self, ray: &Ray) -> Option<Interaction> {
+        let interaction = self.interaction(self.first_met(ray)?);
+        Some(Interaction { t: (interaction.point.p - ray.o).dot(ray.d) / ray.d.length_squared(), ..interaction })
+    }
+
+    /// Whether the ray meets any surface on its interval (0, `t_max`).
+    #[inline(never)]
+    pub(super) fn occluded_masked(&self, ray: &Ray) -> bool {
+        self.first_met(ray).is_some()
+    }
+
+    /// The first hit that is met. Its `t` is that of the rest of the ray.
+    fn first_met(&self, ray: &Ray) -> Option<Hit> {
         let end = ray.o + ray.d * ray.t_max;
         let mut rest = *ray;
-        let mut passed = 0.0;
         for count in 0..MOST {
             let hit = self.accel.closest(&rest)?;
-            if count + 1 == MOST || self.meets(ray, &hit, count) {
-                let interaction = self.interaction(hit);
-                return Some(Interaction { t: interaction.t + passed, ..interaction });
+            let found = self.found(&hit);
+            if count + 1 == MOST || meets(ray, self.opacity(&hit, &found), count) {
+                return Some(hit);
             }
-            let (t, point) = self.place(&hit);
-            passed += t;
-            rest.o = point.offset_toward(ray.d);
+            rest.o = found.point.offset_toward(ray.d);
             if ray.t_max.is_finite() {
                 // The far end stays where it was, so that the surface there is not met by rounding.
                 rest.d = end - rest.o;
@@ -40,24 +49,14 @@ impl Scene {
         }
         None
     }
+}
 
-    fn meets(&self, ray: &Ray, hit: &Hit, count: u32) -> bool {
-        let opacity = self.opacity(hit);
-        if opacity >= 1.0 || opacity <= 0.0 {
-            return opacity > 0.0;
-        }
-        let words = [ray.o, ray.d].map(|v| v.to_array().map(f32::to_bits));
-        let bits = words.iter().flatten().fold(u64::from(count), |bits, &word| mix2(bits, u64::from(word)));
-        unit_f32((bits >> 32) as u32) < opacity
+/// Whether a ray meets a surface of this opacity, having passed so many.
+fn meets(ray: &Ray, opacity: f32, count: u32) -> bool {
+    if opacity >= 1.0 || opacity <= 0.0 {
+        return opacity > 0.0;
     }
-
-    fn place(&self, hit: &Hit) -> (f32, SurfacePoint) {
-        match *hit {
-            Hit::Sphere { t, at, .. } => (t, at),
-            Hit::Triangle { t, id, p, .. } => {
-                let info = &self.triangles[id as usize];
-                (t, SurfacePoint::on_surface(p, info.ng, info.residual))
-            }
-        }
-    }
+    let words = [ray.o, ray.d].map(|v| v.to_array().map(f32::to_bits));
+    let bits = words.iter().flatten().fold(u64::from(count), |bits, &word| mix2(bits, u64::from(word)));
+    unit_f32((bits >> 32) as u32) < opacity
 }

@@ -10,12 +10,12 @@ use crate::surface::Surface;
 use crate::texture::SurfaceCoordinates;
 use sampling::Vec3;
 use sampling::bsdf::{Bsdf, Lobes};
-use sampling::math::{Frame, Spectrum};
+use sampling::math::Frame;
 
 /// What a hit says of its surface, before anything of its material is read.
-struct Found<'a> {
-    point: SurfacePoint,
-    t: f32,
+pub(super) struct Found<'a> {
+    pub point: SurfacePoint,
+    pub t: f32,
     /// The shading normal, without a map.
     ns: Vec3,
     surface: &'a Surface,
@@ -27,26 +27,21 @@ impl Scene {
     pub(crate) fn interaction(&self, hit: Hit) -> Interaction {
         let found = self.found(&hit);
         match &self.materials[found.surface.material.0 as usize] {
-            Material::Constant(bsdf) => {
-                let turned = self.needs.tangents && bsdf.is_anisotropic();
-                let frame = if turned { self.turned_frame(&hit, &found) } else { Frame::from_z(found.ns) };
-                found.finish(*bsdf, frame)
-            }
+            Material::Constant(bsdf) => found.finish(*bsdf, self.frame(&hit, &found, bsdf)),
             Material::Varying(varying) => self.varying_interaction(&hit, &found, varying),
             Material::Subsurface(body) => found.finish(body.boundary(), Frame::from_z(found.ns)),
         }
     }
 
     /// How much of a ray that comes here is met.
-    pub(super) fn opacity(&self, hit: &Hit) -> f32 {
-        let found = self.found(hit);
+    pub(super) fn opacity(&self, hit: &Hit, found: &Found) -> f32 {
         let varying = self.materials[found.surface.material.0 as usize].varying();
         let Some(opacity) = varying.and_then(|varying| varying.opacity.as_ref()) else { return 1.0 };
-        opacity.at(&self.coordinates(hit, &found)).mean()
+        opacity.at(&self.coordinates(hit, found)).mean()
     }
 
     #[inline(always)]
-    fn found(&self, hit: &Hit) -> Found<'_> {
+    pub(super) fn found(&self, hit: &Hit) -> Found<'_> {
         match *hit {
             Hit::Sphere { t, id, at } => {
                 let surface = &self.surfaces[self.spheres[id as usize].surface as usize];
@@ -68,11 +63,7 @@ impl Scene {
     fn varying_interaction(&self, hit: &Hit, found: &Found, varying: &Varying) -> Interaction {
         let at = self.coordinates(hit, found);
         let bsdf = varying.bsdf_at(&at);
-        let Some(relief) = &varying.relief else {
-            let turned = self.needs.tangents && bsdf.is_anisotropic();
-            let frame = if turned { self.turned_frame(hit, found) } else { Frame::from_z(found.ns) };
-            return found.finish(bsdf, frame);
-        };
+        let Some(relief) = &varying.relief else { return found.finish(bsdf, self.frame(hit, found, &bsdf)) };
         let derivatives = self.derivatives(hit, found);
         let frame = Frame::from_z_x(found.ns, derivatives.dpdu.normalize_or_zero());
         let normal = relief.normal(&frame, &at, &derivatives);
@@ -85,24 +76,24 @@ impl Scene {
         Interaction { normals, ..found.finish(bsdf, frame) }
     }
 
-    fn turned_frame(&self, hit: &Hit, found: &Found) -> Frame {
-        Frame::from_z_x(found.ns, self.derivatives(hit, found).dpdu.normalize_or_zero())
+    /// The frame of a surface without relief: turned along growing u where that changes something.
+    #[inline(always)]
+    fn frame(&self, hit: &Hit, found: &Found, bsdf: &Bsdf) -> Frame {
+        if self.needs.tangents && bsdf.is_anisotropic() {
+            Frame::from_z_x(found.ns, self.derivatives(hit, found).dpdu.normalize_or_zero())
+        } else {
+            Frame::from_z(found.ns)
+        }
     }
 
     /// Where textures are read at a hit.
     fn coordinates(&self, hit: &Hit, found: &Found) -> SurfaceCoordinates {
         let p = found.point.p;
         match *hit {
-            Hit::Sphere { id, at, .. } => {
-                let uv = self.spheres[id as usize].uv(at.ng);
-                SurfaceCoordinates { p, uv, colour: Spectrum::ONE }
-            }
+            Hit::Sphere { id, at, .. } => self.spheres[id as usize].coordinates(p, at.ng),
             Hit::Triangle { id, b, .. } => match found.surface.attributes {
                 None => SurfaceCoordinates { uv: b, ..SurfaceCoordinates::of(p) },
-                Some(index) => {
-                    let attributes = &self.attributes[index as usize];
-                    SurfaceCoordinates { p, uv: attributes.uv(id, b), colour: attributes.colour(id, b) }
-                }
+                Some(index) => self.attributes[index as usize].coordinates(p, id, b),
             },
         }
     }

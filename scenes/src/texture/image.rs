@@ -1,7 +1,7 @@
 //! Images as textures: PNG, JPEG, Radiance HDR and OpenEXR.
 
 use super::UvMap;
-use image::{DynamicImage, ImageReader, Limits};
+use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use sampling::math::Spectrum;
 use sampling::{Vec2, vec2};
 use std::fmt;
@@ -101,6 +101,8 @@ pub struct Image {
     /// The least and the greatest value of every channel.
     low: [f32; 4],
     high: [f32; 4],
+    /// Whether the file says how opaque its texels are; else they are opaque.
+    has_alpha: bool,
     /// BLAKE3 of the file and its encoding.
     hash: String,
 }
@@ -126,8 +128,9 @@ impl Image {
     ///
     /// What is wrong, and how to mend it.
     pub fn decode(bytes: &[u8], declared: Option<Encoding>, otherwise: Encoding) -> Result<Self, String> {
-        let unreadable =
-            |error: image::ImageError| format!("it cannot be read as an image: {error}; give a PNG, JPEG, HDR or EXR");
+        let unreadable = |error: image::ImageError| {
+            format!("it cannot be read as an image: {error}; give a whole PNG, JPEG, HDR or EXR, of grey or RGB")
+        };
         let reader =
             || ImageReader::new(Cursor::new(bytes)).with_guessed_format().expect("reading memory doesn't fail");
         let (width, height) = reader().into_dimensions().map_err(unreadable)?;
@@ -137,12 +140,16 @@ impl Image {
             ));
         }
         let mut reader = reader();
+        if reader.format() == Some(ImageFormat::Jpeg) && !has_end_of_jpeg(bytes) {
+            return Err("it ends before its image does; give a whole JPEG".into());
+        }
         // The size has been checked; what is left is a decoder's own working memory.
         let mut limits = Limits::no_limits();
         limits.max_alloc = Some(16 * MAX_TEXELS * 2);
         reader.limits(limits);
         let decoded = reader.decode().map_err(unreadable)?;
         let hash = |encoding: Encoding| format!("{encoding:?} {}", blake3::hash(bytes).to_hex());
+        let has_alpha = decoded.color().has_alpha();
         let is_float = matches!(decoded, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
         if is_float && declared == Some(Encoding::Srgb) {
             return Err("its values are linear by its format; leave `encoding` out".into());
@@ -161,7 +168,7 @@ impl Image {
                 Texels::Floats(other.to_rgba32f().pixels().map(|pixel| decode(pixel.0)).collect())
             }
         };
-        Self::of_texels(width, height, texels, hash(encoding))
+        Ok(Self { has_alpha, ..Self::of_texels(width, height, texels, hash(encoding))? })
     }
 
     /// An image of linear values: red, green, blue and alpha, row by row from the top.
@@ -182,7 +189,8 @@ impl Image {
         if width == 0 || height == 0 {
             return Err(format!("it has {width}x{height} texels; give an image with at least one"));
         }
-        let mut image = Self { width, height, texels, low: [f32::INFINITY; 4], high: [f32::NEG_INFINITY; 4], hash };
+        let (low, high) = ([f32::INFINITY; 4], [f32::NEG_INFINITY; 4]);
+        let mut image = Self { width, height, texels, low, high, has_alpha: true, hash };
         for index in 0..width as usize * height as usize {
             let texel = image.texel(index);
             if texel.iter().any(|value| !value.is_finite()) {
@@ -198,6 +206,11 @@ impl Image {
     /// Width and height \[texels\].
     pub fn size(&self) -> (u32, u32) {
         (self.width, self.height)
+    }
+
+    /// Whether the file says how opaque its texels are; else they are opaque.
+    pub fn has_alpha(&self) -> bool {
+        self.has_alpha
     }
 
     #[inline]
@@ -226,6 +239,12 @@ impl Image {
         let [c, d] = [rows[1] + columns[0], rows[1] + columns[1]].map(|index| self.texel(index));
         std::array::from_fn(|i| (a[i] * (1.0 - fx) + b[i] * fx) * (1.0 - fy) + (c[i] * (1.0 - fx) + d[i] * fx) * fy)
     }
+}
+
+/// Whether the last scan of a JPEG is followed by the marker of the end. Decoders make up what is missing.
+fn has_end_of_jpeg(bytes: &[u8]) -> bool {
+    let last = |marker: [u8; 2]| bytes.windows(2).rposition(|pair| pair == marker);
+    last([0xff, 0xd9]) > last([0xff, 0xda])
 }
 
 /// An image over texture coordinates.
@@ -320,6 +339,12 @@ mod tests {
             let message = Image::decode(bytes, None, Encoding::Srgb).unwrap_err();
             assert!(message.starts_with(expected), "{message}");
         }
+        let mut jpeg = Vec::new();
+        let noisy = image::RgbImage::from_fn(64, 64, |x, y| image::Rgb([(x * y) as u8, (x * 7) as u8, (y * 31) as u8]));
+        noisy.write_to(&mut Cursor::new(&mut jpeg), image::ImageFormat::Jpeg).unwrap();
+        assert!(!Image::decode(&jpeg, None, Encoding::Srgb).unwrap().has_alpha());
+        let half = &jpeg[..jpeg.len() * 2 / 3];
+        assert!(Image::decode(half, None, Encoding::Srgb).unwrap_err().contains("give a whole JPEG"));
         let mut enormous = Vec::new();
         let row = image::GrayImage::new(MAX_SIDE + 1, 1);
         row.write_to(&mut Cursor::new(&mut enormous), image::ImageFormat::Png).unwrap();

@@ -23,13 +23,14 @@ fn albedo(model: &Principled, cos: f32) -> f64 {
 fn largest_albedo(eta: f32) -> f64 {
     let white = PrincipledSettings { base_color: Spectrum::ONE, eta, ..Default::default() };
     let mut largest = 0.0_f64;
-    for (roughness, subsurface, gain) in [0.0, 0.6, 1.0]
+    for (roughness, subsurface, gain, clearcoat_gloss) in [0.0, 0.6, 1.0]
         .into_iter()
         .flat_map(|r| [0.0, 1.0].map(|s| (r, s)))
-        .flat_map(|(r, s)| [0.0, 1.0].map(|g| (r, s, g)))
+        .flat_map(|(r, s)| [(0.0, 1.0), (1.0, 0.0), (1.0, 1.0)].map(|(gain, gloss)| (r, s, gain, gloss)))
     {
+        let (sheen, clearcoat) = (gain, gain);
         let model =
-            Principled::new(PrincipledSettings { roughness, subsurface, sheen: gain, clearcoat: gain, ..white });
+            Principled::new(PrincipledSettings { roughness, subsurface, sheen, clearcoat, clearcoat_gloss, ..white });
         for cos in [1.0, 0.5, 0.2, 0.1, 0.05, 0.01, 1e-3, 1e-4] {
             largest = largest.max(albedo(&model, cos));
         }

@@ -36,6 +36,13 @@ fn every_texture_is_read() {
         let albedo = seen(&with_albedo(texture), folder.path());
         assert!((albedo - expected).abs() < 1e-5, "{texture}: {albedo}");
     }
+    let alpha = with_albedo("{ image = \"grey.png\", channel = \"a\" }");
+    let origin = Origin { scene: "test", file: "test.toml", folder: Some(folder.path()) };
+    let message = read(&alpha, origin, None).err().expect("there is no alpha").to_string();
+    assert!(message.contains("has no alpha"), "{message}");
+    let misspelt = with_albedo("{ image = \"gray.png\" }");
+    let message = read(&misspelt, origin, None).err().expect("there is no such file").to_string();
+    assert!(message.contains("did you mean `grey.png`?"), "{message}");
     let coloured = format!(
         "{CAMERA}[materials.white]\ntype = \"lambert\"\nalbedo = {{ vertex_colours = true }}\n[[shapes]]\ntype = \"mesh\"\nvertices = [[-5, -5, 0], [5, -5, 0], [0, 5, 0]]\nfaces = [[0, 1, 2]]\ncolours = [0.3, 0.3, 0.3]\nuvs = [[0, 0], [1, 0], [0, 1]]\nmaterial = \"white\"\n{SKY}"
     );
@@ -68,7 +75,7 @@ fn bad_textures_are_told() {
             "6: `materials.white.albedo` is `{ checkerboard = [0.2, 1.5] }`; it reaches 1.5; keep it a colour",
         ),
         ("{ checkerboard = [0.2] }", "6: `materials.white.albedo.checkerboard` is `[0.2]`; it must be two colours"),
-        ("{ checkerboard = [0, 1], uv_scale = 0 }", "6: `uv_scale` is 0"),
+        ("{ checkerboard = [0, 1], uv_scale = 0 }", "6: `materials.white.albedo.uv_scale` is `0`; it is 0"),
         ("{ noise = { size = 0 } }", "6: `materials.white.albedo.noise.size` is `0`; it must be above 0"),
         (
             "{ noise = { size = 1, octaves = 99 } }",
@@ -80,6 +87,11 @@ fn bad_textures_are_told() {
         expect(&with_albedo(texture), expected);
     }
     let after = |keys: &str| replaced("albedo = 0.7", &format!("albedo = 0.7\n{keys}"));
+    expect(&after("opacity = [0, 1, 0]"), "7: `materials.white.opacity` is `[0, 1, 0]`; it must be a number");
+    let inwards = "7: `materials.white.normal_map` is `[0.5, 0.5, 0.2]`; its normals, 2c − 1 of a colour c, point into";
+    expect(&after("normal_map = [0.5, 0.5, 0.2]"), inwards);
+    let message = load(&with_albedo("{ vertex_colours = true }")).unwrap_err().to_string();
+    assert!(message.contains("is read by vertex colours, which there are none of"), "{message}");
     expect(&after("opacity = 2"), "7: `materials.white.opacity` is `2`; it reaches 2; keep it a number from 0 to 1");
     expect(
         &after("bump_map = 0.1\nnormal_map = [0.5, 0.5, 1]"),
