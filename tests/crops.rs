@@ -1,4 +1,5 @@
-//! Crops change no pixel: a part of an image has the bits that it has in the whole, whatever the filter, the sampler and the method.
+//! Crops change no pixel: a part of an image has the bits that it has in the whole, under several filters, samplers and
+//! methods.
 
 use crate::support::{ALL, builtin, plain};
 use integrators::{Measurement, Orders, Render, RenderSettings, Window};

@@ -89,12 +89,7 @@ impl Status {
 /// Exit status of bad usage and bad input.
 pub const BAD_INPUT: u8 = 2;
 
-/// The name most like `name`, if there is any name.
-pub fn nearest<'n>(name: &str, names: &[&'n str]) -> Option<&'n str> {
-    let name = name.to_lowercase();
-    let similarity = |other: &str| strsim::jaro_winkler(&name, &other.to_lowercase());
-    names.iter().copied().max_by(|a, b| similarity(a).total_cmp(&similarity(b)))
-}
+pub use scenes::nearest;
 
 /// The sentence about an unknown name: `there is no KIND NAME; did you mean NEAREST? (KINDs: …)`.
 pub fn unknown(kind: &str, name: &str, names: &[&str]) -> String {

@@ -194,7 +194,7 @@ fn output_path(args: &RenderArgs, scene: &Scene) -> Result<PathBuf, Error> {
     let default = || PathBuf::from(format!("{}_{}.exr", budget::file_name(&scene.name), args.method));
     let output = args.output.clone().unwrap_or_else(default);
     if output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
-        let name = output.with_extension("exr");
+        let name = if output.is_dir() { output.join("image.exr") } else { output.with_extension("exr") };
         return Err(Error::usage(format!(
             "{}: images are OpenEXR files; call it {}",
             output.display(),

@@ -101,9 +101,10 @@ impl Source {
 pub fn with_nearest(message: &str) -> String {
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     match quoted.split_first() {
-        Some((given, valid)) if message.starts_with("unknown ") && !valid.is_empty() => {
-            format!("{message}; did you mean `{}`?", nearest(given, valid).unwrap_or_default())
-        }
+        Some((given, valid)) if message.starts_with("unknown ") => match nearest(given, valid) {
+            Some(near) => format!("{message}; did you mean `{near}`?"),
+            None => message.to_owned(),
+        },
         _ => message.to_owned(),
     }
 }

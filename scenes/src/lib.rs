@@ -46,6 +46,7 @@ pub mod scene;
 pub mod shape;
 pub mod subsurface;
 mod suggest;
+pub use suggest::nearest;
 mod surface;
 #[cfg(test)]
 mod test_support;

@@ -1,8 +1,8 @@
 //! Ashikhmin and Shirley's anisotropic Phong model.
 
 use super::fresnel::schlick;
+use super::half::Half;
 use super::parts::{Parts, TwoParts, exp_of_minus, minus_ln_cos, scatters_in_two_parts};
-use super::v_cavities::Half;
 use super::{Arguments, Bsdf, BsdfModel, Lobes, Misfit, Parameter, Preset, survival_of};
 use crate::math::elementary::{exp_m1, ln_1p};
 use crate::math::{Spectrum, reflect};

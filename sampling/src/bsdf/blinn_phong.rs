@@ -2,8 +2,9 @@
 
 use super::blinn_normals::BlinnNormals;
 use super::grooves::Facets;
+use super::half::Half;
 use super::parts::{Parts, TwoParts, diffuse_share, lobes_of, scatters_in_two_parts, without_gain};
-use super::v_cavities::{Half, visible_side};
+use super::v_cavities::visible_side;
 use super::{Arguments, Bsdf, BsdfModel, Lobes, Misfit, Parameter, Preset, survival_of};
 use crate::math::{Spectrum, reflect};
 use crate::warp::INV_PI;

@@ -1,8 +1,8 @@
 //! Reflection by a density of half vectors that the user draws.
 
 use super::fresnel::schlick;
+use super::half::Half;
 use super::parts::{Parts, TwoParts, scatters_in_two_parts};
-use super::v_cavities::Half;
 use super::{Arguments, Bsdf, BsdfModel, Domain, Lobes, Misfit, Parameter, Preset, Shared, Table, Tables, survival_of};
 use crate::distribution::Piecewise1D;
 use crate::math::elementary::atan2_of_positive;

@@ -1,8 +1,9 @@
 //! Facets in V-shaped grooves over a diffuse base: what the models of Blinn and of Cook and Torrance share.
 
 use super::fresnel::schlick;
+use super::half::Half;
 use super::parts::{Parts, TwoParts, diffuse_share};
-use super::v_cavities::{Half, visible_side};
+use super::v_cavities::visible_side;
 use super::{fresnel_conductor, survival_of};
 use crate::math::{Spectrum, reflect};
 use crate::warp::INV_PI;

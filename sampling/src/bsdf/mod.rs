@@ -21,6 +21,7 @@ mod distribution_based;
 mod fresnel;
 mod ggx;
 mod grooves;
+mod half;
 mod lafortune;
 mod lambert;
 mod lobes;

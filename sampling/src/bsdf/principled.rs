@@ -8,6 +8,7 @@ pub use settings::PrincipledSettings;
 use lobes::{clearcoat_span, gtr1, sample_gtr1};
 
 use super::fresnel::schlick;
+use super::half::Half;
 use super::{
     Arguments, Bsdf, BsdfModel, BsdfSample, Ggx, Lobes, Misfit, Parameter, RoughDielectric, TransportMode,
     fresnel_dielectric, survival_of,
@@ -197,15 +198,9 @@ impl Principled {
         if self.glass > 0.0 && (wo.z < 0.0 || !same_side) {
             return self.through_glass(wo, wi, mode);
         }
-        let sum = wo + wi;
-        let length2 = sum.length_squared();
-        if !same_side || length2 == 0.0 {
-            return Values::default();
-        }
+        let Some(Half { m, cos }) = Half::of(wo, wi).filter(|_| same_side) else { return Values::default() };
         let above = |w: Vec3| w.with_z(w.z.abs());
-        let length = length2.sqrt();
-        // The directions are unit, so wo·m = |wo + wi| / 2, which does not cancel at grazing angles.
-        self.reflection(above(wo), above(wi), above(sum / length), 0.5 * length)
+        self.reflection(above(wo), above(wi), above(m), cos)
     }
 
     /// A refraction, or a reflection inside.

@@ -3,6 +3,7 @@
 //! What is on the way of every sample is always inlined: left to itself, the compiler passes samples through memory, which
 //! costs up to a quarter of the time.
 
+use super::half::Half;
 use super::metals::{complex_index, index_of_reflectance};
 use super::microfacets::{Distribution, by_distribution, joint_area};
 use super::missing_energy::MissingEnergy;
@@ -107,15 +108,7 @@ impl RoughConductor {
     /// f_s and pdf of the first lobe, above the surface.
     #[inline(always)]
     fn scattered_once(&self, facets: &impl Distribution, wo: Vec3, wi: Vec3) -> Option<(Spectrum, f32)> {
-        let sum = wo + wi;
-        let length2 = sum.length_squared();
-        if length2 == 0.0 {
-            return None;
-        }
-        let length = length2.sqrt();
-        let m = sum / length;
-        // The directions are unit, so wo·m = wi·m = |wo + wi| / 2, which does not cancel at grazing angles.
-        let o_m = 0.5 * length;
+        let Half { m, cos: o_m } = Half::of(wo, wi)?;
         let (area_o, area_i) = (facets.area(wo), facets.area(wi));
         let d = facets.d(m);
         let f = fresnel_conductor(o_m, self.eta, self.k) * (0.25 * d / joint_area(wo.z, area_o, wi.z, area_i));

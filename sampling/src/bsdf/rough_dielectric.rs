@@ -4,6 +4,7 @@
 //! costs up to a quarter of the time.
 
 use super::fresnel::{DielectricFresnel, diffuse_transmittance, fresnel_dielectric};
+use super::half::Half;
 use super::microfacets::{Distribution, by_distribution, joint_area};
 use super::missing_energy::MissingEnergy;
 use super::roughness::{is_compensated, microfacets};
@@ -123,15 +124,7 @@ impl RoughDielectric {
 
     #[inline(always)]
     fn reflection(&self, facets: &impl Distribution, wo: Vec3, wi: Vec3, eta: f32) -> Option<(f32, f32, Lobes)> {
-        let sum = wo + wi;
-        let length2 = sum.length_squared();
-        if length2 == 0.0 {
-            return None;
-        }
-        let length = length2.sqrt();
-        let m = sum / length;
-        // The directions are unit, so wo·m = wi·m = |wo + wi| / 2, which does not cancel at grazing angles.
-        let o_m = 0.5 * length;
+        let Half { m, cos: o_m } = Half::of(wo, wi)?;
         let (area_o, area_i) = (facets.area(wo), facets.area(wi));
         let fd = 0.25 * fresnel_dielectric(o_m, eta).reflected * facets.d(m);
         let f = fd / joint_area(wo.z, area_o, wi.z, area_i);

@@ -1,6 +1,7 @@
 //! A rough clear coat over a diffuse base.
 
 use super::fresnel::fresnel_dielectric;
+use super::half::Half;
 use super::plastic::Base;
 use super::roughness::alphas;
 use super::{
@@ -214,14 +215,11 @@ impl RoughPlastic {
 
     #[inline]
     fn values_and_density(&self, wo: Vec3, wi: Vec3) -> Option<(Spectrum, Spectrum, f32)> {
-        let sum = wo + wi;
-        let length2 = sum.length_squared();
-        if !same_hemisphere(wo, wi) || length2 == 0.0 {
+        if !same_hemisphere(wo, wi) {
             return None;
         }
-        // The directions are unit, so wo·m = |wo + wi| / 2, which does not cancel at grazing angles.
-        let length = length2.sqrt();
-        Some(self.at(wo, wi, self.transmittance(wo), sum / length, 0.5 * length))
+        let Half { m, cos } = Half::of(wo, wi)?;
+        Some(self.at(wo, wi, self.transmittance(wo), m, cos))
     }
 }
 

@@ -1,9 +1,10 @@
 //! Ward's elliptical highlights, with a bounded albedo.
 
 use super::grooves::Facets;
+use super::half::Half;
 use super::parts::{Parts, TwoParts, diffuse_share, lobes_of, scatters_in_two_parts, without_gain};
 use super::roughness::lobe_alphas;
-use super::v_cavities::{Half, visible_side};
+use super::v_cavities::visible_side;
 use super::{Arguments, Beckmann, Bsdf, BsdfModel, Lobes, Misfit, Parameter, Preset, survival_of};
 use crate::math::{Spectrum, reflect};
 use crate::warp::INV_PI;
