@@ -192,7 +192,7 @@ fn a_mirror_reflects_what_the_smoothest_metals_do() {
     let metal = Bsdf::from(RoughConductor::from_reflectance(Spectrum::ONE, 1e-3, 1e-3));
     for normal in normals() {
         let [smooth, rough] = [&mirror, &metal].map(|bsdf| mean_albedo(bsdf, normal));
-        // Standard errors are up to 3e-3.
-        assert!((smooth - rough).abs() < 0.015 && smooth > 0.1, "{normal}: {smooth} {rough}");
+        // By the same random numbers, so that only the metal's width tells them apart.
+        assert!((smooth - rough).abs() < 0.01 * smooth && smooth > 0.01, "{normal}: {smooth} {rough}");
     }
 }
