@@ -57,7 +57,7 @@ fn camera_inside_rough_glass() {
     builder.sphere(dvec3(0.1, -0.3, 0.0), 0.15, white);
     ceiling_lamp(&mut builder, 1.2);
     builder.camera(camera(dvec3(0.0, -0.2, 0.6), dvec3(0.0, -0.2, 0.0), 60.0, 16));
-    agree("camera inside rough glass", &builder.build(Skip::Unneeded).unwrap(), 4, &entries(128), 0.6);
+    agree("camera inside rough glass", &builder.build(Skip::Unneeded).unwrap(), 4, &entries(192), 0.6);
 }
 
 /// A shelf of smooth glass between a large lamp and the floor, which alone is seen: every path that crosses it from the lamp
