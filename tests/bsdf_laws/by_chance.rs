@@ -14,7 +14,7 @@ const FALSE_ALARM: f64 = 1e-3;
 const SAMPLES: u32 = 1 << 16;
 const PILOTS: u32 = 1 << 10;
 
-/// The absolute error of a cell's quadrature, small against the standard error of its share of the samples, 5·10⁻⁴.
+/// The absolute error of a cell's quadrature, small against the standard error of its share of the samples, 4·10⁻⁴.
 const TOLERANCE: f64 = 4e-6;
 
 /// The level of each of so many independent tests, by Šidák: 1 − (1 − α)^(1/n).
