@@ -124,9 +124,8 @@ impl Shape {
     }
 }
 
-/// The largest directional albedo of the lobe max(0, C wo·wi)ⁿ, n ≥ 1, in each cell: to 2·10⁻⁴, for n of
-/// thousands 10⁻³, or to rounding where none of
-/// it is below the horizon.
+/// The largest directional albedo of the lobe max(0, C wo·wi)ⁿ, n ≥ 1, in each cell: to 2·10⁻⁴, for n of thousands 10⁻³, or to
+/// rounding where none of it is below the horizon.
 ///
 /// a(v) = ∫ max(0, v·wi)ⁿ cos θ_i dwi is convex and even in the part of v = C wo that lies in the surface, so that of all
 /// azimuths it is largest along the axis with the larger |C|; there polar angles are tried.

@@ -198,7 +198,10 @@ impl Principled {
         if self.glass > 0.0 && (wo.z < 0.0 || !same_side) {
             return self.through_glass(wo, wi, mode);
         }
-        let Some(Half { m, cos }) = Half::of(wo, wi).filter(|_| same_side) else { return Values::default() };
+        if !same_side {
+            return Values::default();
+        }
+        let Some(Half { m, cos }) = Half::of(wo, wi) else { return Values::default() };
         let above = |w: Vec3| w.with_z(w.z.abs());
         self.reflection(above(wo), above(wi), above(m), cos)
     }
