@@ -35,6 +35,17 @@ enum Way {
     UprightThenFace,
 }
 
+/// One way between two directions.
+struct Passage {
+    /// Where light comes from and goes to as the tilted face has it, in its frame.
+    wo: Vec3,
+    wi: Vec3,
+    /// What the face's value counts in that of the surface.
+    share: f32,
+    /// Of the way.
+    probability: f32,
+}
+
 impl<'a> Tilted<'a> {
     /// The model about the unit vector `normal`, whose z is positive; its tangents run along the surface's x axis.
     #[inline]
@@ -46,50 +57,40 @@ impl<'a> Tilted<'a> {
 
     /// f_s(wo, wi) \[1/sr\] without the cosine, which is taken to the surface's normal.
     pub fn eval(&self, wo: Vec3, wi: Vec3, lobes: Lobes, mode: TransportMode) -> Spectrum {
-        let (o, i) = self.turned(wo, wi);
-        if i.z <= 0.0 || o.z <= 0.0 {
-            return Spectrum::ZERO;
-        }
-        let f = |o: Vec3, i: Vec3| self.bsdf.eval(self.face.to_local(o), self.face.to_local(i), lobes, mode);
-        let [face_o, face_i] = [o, i].map(|w| self.cos_face(w));
-        let [upright_o, upright_i] = [o, i].map(|w| self.cos_upright(w));
-        let mut sum = Spectrum::ZERO;
-        if face_o > 0.0 && face_i > 0.0 {
-            sum += f(o, i) * (face_o * face_i / self.cos);
-        }
-        if face_o > 0.0 && upright_i > 0.0 {
-            sum += f(o, self.mirrored(i)) * (face_o * upright_i * self.tan);
-        }
-        if upright_o > 0.0 && face_i > 0.0 {
-            sum += f(self.mirrored(o), i) * (upright_o * face_i * self.tan);
-        }
-        sum * (self.visible_per_area(o) * self.visible_per_area(i))
+        self.passages(wo, wi).map(|p| self.bsdf.eval(p.wo, p.wi, lobes, mode) * p.share).sum()
     }
 
     /// Density \[1/sr\] of sampling `wi` given `wo`; delta lobes count as 0.
     pub fn pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> f32 {
-        let (o, i) = self.turned(wo, wi);
-        if i.z <= 0.0 || o.z <= 0.0 {
-            return 0.0;
-        }
-        let pdf = |o: Vec3, i: Vec3| self.bsdf.pdf(self.face.to_local(o), self.face.to_local(i), mode);
-        let mut sum = 0.0;
-        if self.cos_face(o) > 0.0 && self.cos_face(i) > 0.0 {
-            sum += self.probability(Way::Face) * pdf(o, i);
-        }
-        if self.cos_face(o) > 0.0 && self.cos_upright(i) > 0.0 {
-            sum += self.probability(Way::FaceThenUpright) * pdf(o, self.mirrored(i));
-        }
-        if self.cos_upright(o) > 0.0 && self.cos_face(i) > 0.0 {
-            sum += self.probability(Way::UprightThenFace) * pdf(self.mirrored(o), i);
-        }
-        sum
+        self.passages(wo, wi).map(|p| self.bsdf.pdf(p.wo, p.wi, mode) * p.probability).sum()
     }
 
     /// `eval` of all lobes and `pdf` in one call.
-    #[inline]
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> (Spectrum, f32) {
-        (self.eval(wo, wi, Lobes::ALL, mode), self.pdf(wo, wi, mode))
+        self.passages(wo, wi).fold((Spectrum::ZERO, 0.0), |(value, density), p| {
+            let (f, pdf) = self.bsdf.eval_pdf(p.wo, p.wi, mode);
+            (value + f * p.share, density + pdf * p.probability)
+        })
+    }
+
+    /// The ways that are open between two directions; none if one of them is below the surface.
+    #[inline]
+    fn passages(&self, wo: Vec3, wi: Vec3) -> impl Iterator<Item = Passage> {
+        let (o, i) = self.turned(wo, wi);
+        let above = i.z > 0.0 && o.z > 0.0;
+        let visible = self.visible_per_area(o) * self.visible_per_area(i);
+        let passage = move |way: Way| {
+            let (cos_o, cos_i, facing, area) = match way {
+                Way::Face => (self.cos_face(o), self.cos_face(i), [o, i], 1.0 / self.cos),
+                Way::FaceThenUpright => (self.cos_face(o), self.cos_upright(i), [o, self.mirrored(i)], self.tan),
+                Way::UprightThenFace => (self.cos_upright(o), self.cos_face(i), [self.mirrored(o), i], self.tan),
+            };
+            let [wo, wi] = facing.map(|w| self.face.to_local(w));
+            let share = cos_o * cos_i * area * visible;
+            (cos_o > 0.0 && cos_i > 0.0).then(|| Passage { wo, wi, share, probability: self.probability(way) })
+        };
+        let ways = [Way::Face, Way::FaceThenUpright, Way::UprightThenFace].into_iter().filter(move |_| above);
+        ways.filter_map(passage)
     }
 
     /// Samples `wi`; None if the way that `uc` chooses is closed to `wo`, or ends below the surface.
@@ -125,8 +126,8 @@ impl<'a> Tilted<'a> {
             let seen = self.visible_per_area(o) * self.visible_per_area(i) * i.z;
             sample.weight *= entry * exit * seen / self.probability(way);
         } else {
-            sample.pdf = self.pdf(wo, sample.wi, mode);
-            sample.weight = self.eval(wo, sample.wi, Lobes::ALL, mode) * (i.z / sample.pdf);
+            let (value, pdf) = self.eval_pdf(wo, sample.wi, mode);
+            (sample.weight, sample.pdf) = (value * (i.z / pdf), pdf);
         }
         Some(sample)
     }

@@ -144,6 +144,15 @@ pub fn one_minus_cos(sin2: f32) -> f32 {
     sin2 / (1.0 + (1.0 - sin2).sqrt())
 }
 
+/// A point of [0, 1] with a density that runs linearly from a value in proportion to `a` to one in proportion to `b`; both are
+/// at least 0 and one is more.
+#[inline(always)]
+pub fn linear(u: f32, a: f32, b: f32) -> f32 {
+    // The root of a x + (b − a) x²/2 = u (a + b)/2 that loses no digit as b approaches a.
+    let root = (a * a + u * (b * b - a * a)).max(0.0).sqrt();
+    if u > 0.0 { u * (a + b) / (a + root) } else { 0.0 }
+}
+
 /// Barycentric coordinates (b0, b1, b2) of a uniform point of a triangle `[Heitz19]`.
 #[inline]
 pub fn uniform_triangle(u: Vec2) -> Vec3 {

@@ -7,7 +7,7 @@ use super::{Arguments, Bsdf, BsdfModel, Domain, Lobes, Misfit, Parameter, Preset
 use crate::distribution::Piecewise1D;
 use crate::math::elementary::atan2_of_positive;
 use crate::math::{Spectrum, reflect};
-use crate::warp::sin_cos_turns;
+use crate::warp::{linear, sin_cos_turns};
 use glam::{Vec2, Vec3, vec3};
 use std::f32::consts::FRAC_PI_2;
 
@@ -114,10 +114,7 @@ impl HalfVectors {
     fn sample(&self, u: Vec2) -> Vec3 {
         let (x, _, i) = self.intervals.sample(u.y);
         let v = (x * self.ratios.len() as f32 - i as f32).clamp(0.0, 1.0);
-        let (a, b) = (self.nodes[i], self.nodes[i + 1]);
-        // Of a density that is linear from a to b the share v lies below t.
-        let root = (a * a + v * (b * b - a * a)).max(0.0).sqrt();
-        let t = if v > 0.0 { v * (a + b) / (a + root) } else { 0.0 };
+        let t = linear(v, self.nodes[i], self.nodes[i + 1]);
         let depth = self.depths[i] + t * (self.depths[i + 1] - self.depths[i]);
         let sin = (depth * (2.0 - depth)).max(0.0).sqrt();
         let (sin_phi, cos_phi) = sin_cos_turns(u.x);

@@ -3,9 +3,9 @@
 use super::fresnel::schlick;
 use super::half::Half;
 use super::parts::{Parts, TwoParts, diffuse_share};
-use super::v_cavities::visible_side;
+use super::v_cavities::reflect_visibly;
 use super::{fresnel_conductor, survival_of};
-use crate::math::{Spectrum, reflect};
+use crate::math::Spectrum;
 use crate::warp::INV_PI;
 use glam::{Vec2, Vec3};
 
@@ -61,7 +61,6 @@ impl<D: Facets> TwoParts for Grooves<D> {
 
     #[inline(always)]
     fn sample_glossy(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<Vec3> {
-        let wi = reflect(wo, visible_side(wo, self.facets.sample(u), uc));
-        (wi.z > 0.0).then_some(wi)
+        reflect_visibly(wo, self.facets.sample(u), uc)
     }
 }

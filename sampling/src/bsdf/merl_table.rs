@@ -3,7 +3,7 @@
 use super::{BsdfModel, Merl, Shared, Tables};
 use crate::math::elementary::{atan2_of_positive, atan2_of_upper};
 use crate::math::{Spectrum, reflect};
-use crate::warp::sin_cos_turns;
+use crate::warp::{linear, sin_cos_turns};
 use glam::{Vec2, Vec3, vec3};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, PI, TAU};
 
@@ -111,6 +111,7 @@ impl MerlTable {
             ));
         }
         let mut values = vec![[0.0; 3]; ENTRIES];
+        let mut measured = false;
         let (numbers, _) = entries.as_chunks::<8>();
         for (channel, plane) in numbers.chunks(ENTRIES).enumerate() {
             for (place, (value, number)) in values.iter_mut().zip(plane).enumerate() {
@@ -118,8 +119,13 @@ impl MerlTable {
                 if !number.is_finite() {
                     return Err(format!("entry {place} of channel {channel} is {number}, and not a finite number"));
                 }
+                // What is not measured, as directions below the horizon, is negative.
+                measured |= number >= 0.0;
                 value[channel] = (number.max(0.0) * SCALES[channel]) as f32;
             }
+        }
+        if !measured {
+            return Err("every entry is negative, which says that nothing was measured".to_string());
         }
         let values: Vec<Spectrum> = values.into_iter().map(Spectrum::from).collect();
         let half_vectors = HalfVectors::new(&values);
@@ -274,10 +280,7 @@ impl HalfVectors {
     pub(super) fn sample(&self, u: Vec2) -> Vec3 {
         let bin = (self.below.partition_point(|below| *below <= u.y) - 1).min(BINS[0] - 1);
         let share = (u.y - self.below[bin]) / (self.below[bin + 1] - self.below[bin]);
-        let (a, b) = (self.densities[bin], self.densities[bin + 1]);
-        // The root of a x + (b − a) x² / 2 = share (a + b) / 2 that loses no digit as b approaches a.
-        let root = (a * a + share * (b * b - a * a)).max(0.0).sqrt();
-        let x = if share > 0.0 { share * (a + b) / (a + root) } else { 0.0 };
+        let x = linear(share, self.densities[bin], self.densities[bin + 1]);
         let one_minus_cos = self.edges[bin] + x * (self.edges[bin + 1] - self.edges[bin]);
         let sin = (one_minus_cos * (2.0 - one_minus_cos)).sqrt();
         let (sin_phi, cos_phi) = sin_cos_turns(u.x);
@@ -318,6 +321,8 @@ mod tests {
         assert!(refused(&bytes).contains("[90, 90, 360]"));
         bytes[8..12].copy_from_slice(&180_i32.to_le_bytes());
         assert_eq!(refused(&bytes), "100 bytes are too few: a table of 90 × 90 × 180 has 34992012 bytes");
+        let empty = refused(&MerlTable::write(|_, _| Spectrum::splat(-1.0)));
+        assert!(empty.contains("nothing was measured"), "{empty}");
         let glaring = refused(&MerlTable::write(|_, _| Spectrum::ONE));
         assert!(glaring.contains("reflects 3.1"), "{glaring}");
     }

@@ -4,6 +4,7 @@
 //! directions lose nothing.
 
 use super::half::Half;
+use crate::math::reflect;
 use glam::Vec3;
 
 impl Half {
@@ -26,19 +27,27 @@ impl Half {
         self.groove(cos_o, cos_i).min(1.0 / least) / most
     }
 
-    /// The density [1/sr] of the mirror image of `wo` about a normal that [`visible_side`] has made visible, for a density `d`
-    /// of facets: G₁(wo, m) D(m) / (4 cos θ_o).
+    /// The density [1/sr] of [`reflect_visibly`] for a density `d` of facets: G₁(wo, m) D(m) / (4 cos θ_o).
     #[inline(always)]
     pub fn visible_pdf(&self, d: f32, cos_o: f32, cos_i: f32) -> f32 {
         0.25 * d * self.g1_over_cos(cos_o, cos_i)
     }
 }
 
+/// The mirror image of `wo` about one of the visible sides of the groove with the side `m`; `None` below the horizon.
+///
+/// Its density is [`Half::visible_pdf`] if m has the density D(m) cos θ_m.
+#[inline(always)]
+pub fn reflect_visibly(wo: Vec3, m: Vec3, uc: f32) -> Option<Vec3> {
+    let wi = reflect(wo, visible_side(wo, m, uc));
+    (wi.z > 0.0).then_some(wi)
+}
+
 /// One of the two sides of the groove with the side `m`, in proportion to how much of it is visible from `wo`.
 ///
 /// If m has the density D(m) cos θ_m, the side has that of visible normals, D(m) G₁(wo, m) wo·m / cos θ_o `[Heitz14b]`.
 #[inline(always)]
-pub fn visible_side(wo: Vec3, m: Vec3, uc: f32) -> Vec3 {
+fn visible_side(wo: Vec3, m: Vec3, uc: f32) -> Vec3 {
     let opposite = Vec3::new(-m.x, -m.y, m.z);
     let (this, other) = (wo.dot(m).max(0.0), wo.dot(opposite).max(0.0));
     if uc * (this + other) < this { m } else { opposite }

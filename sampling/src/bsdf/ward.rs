@@ -4,9 +4,9 @@ use super::grooves::Facets;
 use super::half::Half;
 use super::parts::{Parts, TwoParts, diffuse_share, lobes_of, scatters_in_two_parts, without_gain};
 use super::roughness::lobe_alphas;
-use super::v_cavities::visible_side;
+use super::v_cavities::reflect_visibly;
 use super::{Arguments, Beckmann, Bsdf, BsdfModel, Lobes, Misfit, Parameter, Preset, survival_of};
-use crate::math::{Spectrum, reflect};
+use crate::math::Spectrum;
 use crate::warp::INV_PI;
 use glam::{Vec2, Vec3};
 
@@ -55,8 +55,7 @@ impl TwoParts for Ward {
 
     #[inline(always)]
     fn sample_glossy(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<Vec3> {
-        let wi = reflect(wo, visible_side(wo, Facets::sample(&self.facets, u), uc));
-        (wi.z > 0.0).then_some(wi)
+        reflect_visibly(wo, Facets::sample(&self.facets, u), uc)
     }
 }
 

@@ -76,12 +76,6 @@ impl Spectrum {
         Self(self.0.exp())
     }
 
-    /// Each channel to the power `n`.
-    #[inline]
-    pub fn powf(self, n: f32) -> Self {
-        Self(self.0.powf(n))
-    }
-
     /// The function applied to each channel.
     #[inline]
     pub fn map(self, f: impl Fn(f32) -> f32) -> Self {

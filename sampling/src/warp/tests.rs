@@ -164,3 +164,15 @@ fn powers_of_cosines_fill_their_lobes_evenly() {
         });
     }
 }
+
+#[test]
+fn linear_densities_have_their_shares() {
+    for (a, b) in [(1.0_f32, 1.0), (0.0, 1.0), (1.0, 0.0), (3.0, 2.999_999), (1e-6, 1e6), (1e6, 1e-6)] {
+        for u in (0..=64).map(|i| i as f32 / 64.0) {
+            let x = f64::from(linear(u, a, b));
+            let (a, b) = (f64::from(a), f64::from(b));
+            let share = (a * x + 0.5 * (b - a) * x * x) / (0.5 * (a + b));
+            assert!((share - f64::from(u)).abs() < 3e-7, "{a} {b} {u}: {x} {share}");
+        }
+    }
+}
