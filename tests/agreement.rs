@@ -20,10 +20,10 @@ fn agree_on(name: &str, entries: &[Entry], conclusive: f64) {
 #[test]
 fn cornell_box() {
     let entries = [
-        Entry::new("direct", 384).by_night(2),
-        Entry::new("path", 384).without_roulette().by_night(2),
-        Entry::new("light", 256).without_roulette().by_night(2),
-        Entry::new("bdpt", 96).without_roulette().by_night(2),
+        Entry::new("direct", 192).by_night(4),
+        Entry::new("path", 192).without_roulette().by_night(4),
+        Entry::new("light", 128).without_roulette().by_night(4),
+        Entry::new("bdpt", 48).without_roulette().by_night(4),
     ];
     agree_on("cornell_box", &entries, 0.99);
 }
@@ -31,10 +31,10 @@ fn cornell_box() {
 #[test]
 fn furnace() {
     let entries = [
-        Entry::new("direct", 32),
-        Entry::new("path", 32).without_roulette(),
-        Entry::new("light", 256).without_roulette(),
-        Entry::new("bdpt", 16).without_roulette(),
+        Entry::new("direct", 16).by_night(2),
+        Entry::new("path", 16).without_roulette().by_night(2),
+        Entry::new("light", 128).without_roulette().by_night(2),
+        Entry::new("bdpt", 8).without_roulette().by_night(2),
     ];
     agree_on("furnace", &entries, 0.99);
 }
@@ -42,10 +42,10 @@ fn furnace() {
 #[test]
 fn integrating_sphere() {
     let entries = [
-        Entry::new("direct", 32),
-        Entry::new("path", 32).without_roulette(),
-        Entry::new("light", 256).without_roulette(),
-        Entry::new("bdpt", 16).without_roulette(),
+        Entry::new("direct", 16).by_night(2),
+        Entry::new("path", 16).without_roulette().by_night(2),
+        Entry::new("light", 128).without_roulette().by_night(2),
+        Entry::new("bdpt", 8).without_roulette().by_night(2),
     ];
     agree_on("integrating_sphere", &entries, 0.99);
 }
@@ -58,10 +58,10 @@ fn integrating_sphere() {
 #[test]
 fn veach_mis() {
     let entries = [
-        Entry::new("direct", 512).by_night(6),
-        Entry::new("path", 512).without_roulette().by_night(6),
-        Entry::new("light", 64).without_roulette().up_to(0),
-        Entry::new("bdpt", 192).without_roulette().by_night(6),
+        Entry::new("direct", 256).by_night(12),
+        Entry::new("path", 256).without_roulette().by_night(12),
+        Entry::new("light", 32).without_roulette().up_to(0).by_night(2),
+        Entry::new("bdpt", 96).without_roulette().by_night(12),
     ];
     agree_on("veach_mis", &entries, 0.8);
 }
@@ -73,10 +73,10 @@ fn veach_mis() {
 #[test]
 fn glass_caustic() {
     let entries = [
-        Entry::new("direct", 128).by_night(2),
-        Entry::new("path", 320).without_roulette().by_night(12),
-        Entry::new("light", 192).without_roulette().by_night(2),
-        Entry::new("bdpt", 96).without_roulette().by_night(16),
+        Entry::new("direct", 64).by_night(4),
+        Entry::new("path", 160).without_roulette().by_night(24),
+        Entry::new("light", 96).without_roulette().by_night(4),
+        Entry::new("bdpt", 48).without_roulette().by_night(32),
     ];
     agree_on("glass_caustic", &entries, 0.5);
 }
@@ -86,10 +86,10 @@ fn glass_caustic() {
 #[test]
 fn indirect_lamp() {
     let entries = [
-        Entry::new("direct", 96).by_night(2),
-        Entry::new("path", 480).without_roulette().by_night(8),
-        Entry::new("light", 128).without_roulette().by_night(2),
-        Entry::new("bdpt", 64).without_roulette().by_night(2),
+        Entry::new("direct", 48).by_night(4),
+        Entry::new("path", 240).without_roulette().by_night(16),
+        Entry::new("light", 64).without_roulette().by_night(4),
+        Entry::new("bdpt", 32).without_roulette().by_night(4),
     ];
     agree_on("indirect_lamp", &entries, 0.5);
 }

@@ -15,7 +15,7 @@ fn entries(samples: u32) -> [Entry; 4] {
         Entry::new("light", samples).without_roulette(),
         Entry::new("bdpt", samples / 4).without_roulette(),
     ]
-    .map(|entry| entry.by_night(2))
+    .map(|entry| entry.by_night(4))
 }
 
 /// A lamp under the ceiling that shines downwards.
@@ -31,7 +31,7 @@ fn point_emitter_in_a_room() {
     let mut builder = room("point emitter in a room");
     builder.point_emitter(dvec3(0.2, 0.4, 0.1), Spectrum::new(2.0, 1.0, 0.5));
     let scene = builder.build(Skip::Unneeded).unwrap();
-    agree("point emitter in a room", &scene, 5, &entries(48), 0.9);
+    agree("point emitter in a room", &scene, 5, &entries(24), 0.9);
 }
 
 /// It hangs upright in the middle, lights both halves of the room, and its surface scatters too.
@@ -42,7 +42,7 @@ fn two_sided_emitter() {
     let lamp = builder.quad(dvec3(-0.1, -0.5, -0.4), dvec3(0.2, 0.0, 0.5), dvec3(0.0, 0.6, 0.1), grey);
     builder.emit(lamp, Emission { radiance: Texture::Constant(Spectrum::splat(3.0)), two_sided: true });
     let scene = builder.build(Skip::Unneeded).unwrap();
-    agree("two-sided emitter", &scene, 5, &entries(48), 0.9);
+    agree("two-sided emitter", &scene, 5, &entries(24), 0.9);
 }
 
 /// An area emitter, a ball, a point and the environment, of powers that differ a hundredfold.
@@ -56,7 +56,7 @@ fn every_kind_at_once() {
     builder.point_emitter(dvec3(-0.6, -0.5, 0.3), Spectrum::new(0.01, 0.02, 0.01));
     builder.environment(Spectrum::splat(0.05));
     let scene = builder.build(Skip::Unneeded).unwrap();
-    agree("every kind at once", &scene, 4, &entries(64), 0.9);
+    agree("every kind at once", &scene, 4, &entries(32), 0.9);
 }
 
 /// A lamp of fifty times the power, shut away in a box that lets nothing out, changes nothing but how rarely the other is

@@ -22,7 +22,7 @@ fn scene() -> Scene {
 
 #[test]
 fn strategies_of_direct_lighting() {
-    let entry = |label, settings| Entry::new("direct", 128).with(label, settings).by_night(2);
+    let entry = |label, settings| Entry::new("direct", 64).with(label, settings).by_night(4);
     let entries = [
         entry("mis by power", json!({})),
         entry("mis by balance", json!({"mis": "balance"})),
@@ -34,7 +34,7 @@ fn strategies_of_direct_lighting() {
 
 #[test]
 fn techniques_of_path_tracing() {
-    let entry = |label, settings| Entry::new("path", 64).with(label, settings).by_night(2);
+    let entry = |label, settings| Entry::new("path", 32).with(label, settings).by_night(4);
     let entries = [
         entry("mis by power", json!({"roulette": "none"})),
         entry("mis by balance", json!({"roulette": "none", "mis": "balance"})),
@@ -45,7 +45,7 @@ fn techniques_of_path_tracing() {
 
 #[test]
 fn weights_of_bidirectional_path_tracing() {
-    let entry = |label, settings| Entry::new("bdpt", 24).with(label, settings).by_night(2);
+    let entry = |label, settings| Entry::new("bdpt", 12).with(label, settings).by_night(4);
     let entries = [
         entry("mis by power", json!({"roulette": "none"})),
         entry("mis by balance", json!({"roulette": "none", "mis": "balance"})),
