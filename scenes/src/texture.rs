@@ -1,5 +1,6 @@
 //! Values that vary over surfaces.
 
+mod exr;
 mod image;
 mod noise;
 

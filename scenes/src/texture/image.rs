@@ -1,6 +1,6 @@
 //! Images as textures: PNG, JPEG, Radiance HDR and OpenEXR.
 
-use super::UvMap;
+use super::{UvMap, exr};
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use sampling::math::Spectrum;
 use sampling::{Vec2, vec2};
@@ -128,17 +128,13 @@ impl Image {
     ///
     /// What is wrong, and how to mend it.
     pub fn decode(bytes: &[u8], declared: Option<Encoding>, otherwise: Encoding) -> Result<Self, String> {
-        let unreadable = |error: image::ImageError| {
-            format!("it cannot be read as an image: {error}; give a whole PNG, JPEG, HDR or EXR, of grey or RGB")
-        };
+        if exr::is_exr(bytes) {
+            return Self::decode_exr(bytes, declared);
+        }
         let reader =
             || ImageReader::new(Cursor::new(bytes)).with_guessed_format().expect("reading memory doesn't fail");
         let (width, height) = reader().into_dimensions().map_err(unreadable)?;
-        if width > MAX_SIDE || height > MAX_SIDE || u64::from(width) * u64::from(height) > MAX_TEXELS {
-            return Err(format!(
-                "it has {width}x{height} texels; make it at most {MAX_SIDE} a side and {MAX_TEXELS} in all"
-            ));
-        }
+        check_size(width, height)?;
         let mut reader = reader();
         if reader.format() == Some(ImageFormat::Jpeg) && !has_end_of_jpeg(bytes) {
             return Err("it ends before its image does; give a whole JPEG".into());
@@ -148,11 +144,10 @@ impl Image {
         limits.max_alloc = Some(16 * MAX_TEXELS * 2);
         reader.limits(limits);
         let decoded = reader.decode().map_err(unreadable)?;
-        let hash = |encoding: Encoding| format!("{encoding:?} {}", blake3::hash(bytes).to_hex());
         let has_alpha = decoded.color().has_alpha();
         let is_float = matches!(decoded, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
-        if is_float && declared == Some(Encoding::Srgb) {
-            return Err("its values are linear by its format; leave `encoding` out".into());
+        if is_float {
+            check_linear(declared)?;
         }
         let encoding = declared.unwrap_or(if is_float { Encoding::Linear } else { otherwise });
         let texels = match decoded {
@@ -168,7 +163,16 @@ impl Image {
                 Texels::Floats(other.to_rgba32f().pixels().map(|pixel| decode(pixel.0)).collect())
             }
         };
-        Ok(Self { has_alpha, ..Self::of_texels(width, height, texels, hash(encoding))? })
+        Ok(Self { has_alpha, ..Self::of_texels(width, height, texels, hash_of(bytes, encoding))? })
+    }
+
+    fn decode_exr(bytes: &[u8], declared: Option<Encoding>) -> Result<Self, String> {
+        let (width, height) = exr::size(bytes).map_err(unreadable)?;
+        check_size(width, height)?;
+        check_linear(declared)?;
+        let decoded = exr::decode(bytes).map_err(unreadable)?;
+        let image = Self::of_texels(width, height, Texels::Floats(decoded.texels), hash_of(bytes, Encoding::Linear))?;
+        Ok(Self { has_alpha: decoded.has_alpha, ..image })
     }
 
     /// An image of linear values: red, green, blue and alpha, row by row from the top.
@@ -238,6 +242,29 @@ impl Image {
         let [a, b] = [rows[0] + columns[0], rows[0] + columns[1]].map(|index| self.texel(index));
         let [c, d] = [rows[1] + columns[0], rows[1] + columns[1]].map(|index| self.texel(index));
         std::array::from_fn(|i| (a[i] * (1.0 - fx) + b[i] * fx) * (1.0 - fy) + (c[i] * (1.0 - fx) + d[i] * fx) * fy)
+    }
+}
+
+fn unreadable(error: impl fmt::Display) -> String {
+    format!("it cannot be read as an image: {error}; give a whole PNG, JPEG, HDR or EXR, of grey or RGB")
+}
+
+fn hash_of(bytes: &[u8], encoding: Encoding) -> String {
+    format!("{encoding:?} {}", blake3::hash(bytes).to_hex())
+}
+
+fn check_size(width: u32, height: u32) -> Result<(), String> {
+    if width <= MAX_SIDE && height <= MAX_SIDE && u64::from(width) * u64::from(height) <= MAX_TEXELS {
+        return Ok(());
+    }
+    Err(format!("it has {width}x{height} texels; make it at most {MAX_SIDE} a side and {MAX_TEXELS} in all"))
+}
+
+/// Refuses to decode floats by a transfer function.
+fn check_linear(declared: Option<Encoding>) -> Result<(), String> {
+    match declared {
+        Some(Encoding::Srgb) => Err("its values are linear by its format; leave `encoding` out".into()),
+        _ => Ok(()),
     }
 }
 
