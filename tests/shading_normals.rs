@@ -12,7 +12,7 @@ use crate::support::{Entry, agree, lambert, room, shining};
 use glam::{DVec3, dvec3};
 use sampling::bsdf::{Bsdf, Mirror, RoughConductor};
 use sampling::math::Spectrum;
-use scenes::material::Varying;
+use scenes::material::{Scattering, Varying};
 use scenes::texture::{Noise, Texture, UvMap};
 use scenes::{LoadOptions, Material, MaterialId, MeshData, Relief, SceneBuilder, Skip};
 use std::f64::consts::{PI, TAU};
@@ -53,10 +53,10 @@ fn agree_under_a_lamp(title: &str, mut builder: SceneBuilder) {
     builder.emit(lamp, shining(3.0));
     let scene = builder.build(Skip::Unneeded).unwrap();
     let entries = [
-        Entry::new("direct", 64).by_night(2),
-        Entry::new("path", 128).by_night(2).without_roulette(),
-        Entry::new("light", 128).by_night(2).without_roulette().of_infinite_variance(),
-        Entry::new("bdpt", 32).by_night(2).without_roulette(),
+        Entry::new("direct", 32).by_night(4),
+        Entry::new("path", 64).by_night(4).without_roulette(),
+        Entry::new("light", 64).by_night(4).without_roulette().of_infinite_variance(),
+        Entry::new("bdpt", 16).by_night(4).without_roulette(),
     ];
     agree(title, &scene, 5, &entries, 0.9);
 }
@@ -100,10 +100,10 @@ fn a_mirror_in_relief() {
     builder.emit(lamp, shining(1.0));
     let scene = builder.build(Skip::Unneeded).unwrap();
     let entries = [
-        Entry::new("direct", 32).by_night(2),
-        Entry::new("path", 64).by_night(2).without_roulette(),
-        Entry::new("light", 64).by_night(2).without_roulette(),
-        Entry::new("bdpt", 32).by_night(2).without_roulette(),
+        Entry::new("direct", 16).by_night(4),
+        Entry::new("path", 32).by_night(4).without_roulette(),
+        Entry::new("light", 32).by_night(4).without_roulette(),
+        Entry::new("bdpt", 16).by_night(4).without_roulette(),
     ];
     agree("mirror in relief", &scene, 4, &entries, 0.9);
 }
@@ -114,7 +114,7 @@ fn bumps(size: f32, height: f32, seed: u64) -> Relief {
 }
 
 fn in_relief(bsdf: Bsdf, relief: Relief) -> Material {
-    let mut varying = Varying::of(bsdf);
+    let mut varying = Varying::of(Scattering::Same(bsdf));
     varying.relief = Some(relief);
     varying.into()
 }

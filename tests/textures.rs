@@ -9,7 +9,7 @@ use glam::{DVec3, dvec3};
 use sampling::bsdf::{Arguments, Bsdf};
 use sampling::math::Spectrum;
 use sampling::{Vec2, vec2};
-use scenes::material::Varying;
+use scenes::material::{Blend, Scattering, Varying};
 use scenes::texture::{Channel, Image, ImageTexture, Noise, Texture, UvMap, Wrap};
 use scenes::{Material, SceneBuilder, Skip};
 use std::f64::consts::PI;
@@ -18,7 +18,8 @@ use std::sync::Arc;
 /// A Lambertian surface of opacity below 1.
 fn screen(albedo: Texture, opacity: Texture) -> Material {
     let model = Bsdf::model("lambert").unwrap();
-    let mut varying = Varying::new(model, Arguments::presets(model.parameters), vec![(0, albedo)]);
+    let scattering = Scattering::new(model, Arguments::presets(model.parameters), vec![(0, albedo)]).unwrap();
+    let mut varying = Varying::of(scattering);
     varying.opacity = Some(opacity);
     varying.into()
 }
@@ -31,13 +32,16 @@ fn gradient(top: f32, bottom: f32) -> Texture {
     Texture::Image(ImageTexture { image, wrap: Wrap::Clamp, map, channel, scale: Spectrum::ONE })
 }
 
-/// A sphere that shines alike everywhere, whose albedo is an image over its latitude: L₀ = e, L_k = ρ(x) ρ̄^(k−1) e, and ρ̄ is the
-/// albedo at the equator, because the image is odd about it.
-#[test]
-fn an_image_over_a_sphere() {
-    let (radius, emitted, south, north) = (1.5, 0.8, 0.2, 0.9);
-    let mut builder = SceneBuilder::new("image over a sphere");
-    let wall = builder.material(Material::lambert(gradient(north, south)));
+/// The albedos of an image over a sphere, at its poles.
+const SOUTH: f32 = 0.2;
+const NORTH: f32 = 0.9;
+
+/// A sphere that shines alike everywhere, whose albedo is linear in its latitude: `slope` times what [`SOUTH`] and [`NORTH`] give,
+/// and `base` more. L₀ = e, L_k = ρ(x) ρ̄^(k−1) e, and ρ̄ is the albedo at the equator, because the image is odd about it.
+fn sphere_of(name: &str, wall: Material, base: f64, slope: f64) {
+    let (radius, emitted) = (1.5, 0.8);
+    let mut builder = SceneBuilder::new(name);
+    let wall = builder.material(wall);
     let sphere = builder.sphere(DVec3::ZERO, radius, wall);
     builder.flip(sphere);
     builder.emit(sphere, shining(emitted));
@@ -46,8 +50,9 @@ fn an_image_over_a_sphere() {
     let truth = Truth::new(&scene, |hit, _| {
         let latitude = 1.0 - (hit.point.p.as_dvec3().z / radius).acos() / PI;
         assert!((0.25..=0.75).contains(&latitude), "the view stays where the image is linear");
-        let albedo = f64::from(south) + f64::from(north - south) * (latitude - 0.25) / 0.5;
-        let mean = f64::from(south + north) / 2.0;
+        let (south, north) = (f64::from(SOUTH), f64::from(NORTH));
+        let albedo = base + slope * (south + (north - south) * (latitude - 0.25) / 0.5);
+        let mean = base + slope * (south + north) / 2.0;
         let emitted = f64::from(emitted);
         std::iter::once(emitted).chain((0..8).map(|k| albedo * mean.powi(k) * emitted)).collect()
     });
@@ -57,6 +62,50 @@ fn an_image_over_a_sphere() {
         truth.compare(&mut family, name, plain(name).as_ref(), budget, COLUMNS);
     }
     family.finish(0.9);
+}
+
+#[test]
+fn an_image_over_a_sphere() {
+    sphere_of("image over a sphere", Material::lambert(gradient(NORTH, SOUTH)), 0.0, 1.0);
+}
+
+/// What is reflected is the sum of what the parts reflect, by their shares.
+#[test]
+fn a_mix_of_parts_that_vary() {
+    let model = Bsdf::model("lambert").unwrap();
+    let image = vec![(0, gradient(NORTH, SOUTH))];
+    let varying = Scattering::new(model, Arguments::presets(model.parameters), image).unwrap();
+    let amount = Texture::Constant(Spectrum::splat(0.25));
+    let blend = Blend { parts: [varying, Scattering::Same(lambert(0.4))], amount };
+    let wall = Varying::of(Scattering::Blend(Box::new(blend))).into();
+    sphere_of("mix over a sphere", wall, 0.25 * f64::from(0.4f32), 0.75);
+}
+
+/// Gold leaf that is torn by noise, over dark paint.
+#[test]
+fn methods_agree_on_a_mix_of_parts_that_vary() {
+    let noise = |low: f32, high: f32, size: f32| {
+        let [low, high] = [low, high].map(Spectrum::splat);
+        Texture::Noise(Noise { low, high, size, octaves: 2, seed: 4, origin: DVec3::ZERO })
+    };
+    let mut builder = room("gold leaf");
+    let metal = Bsdf::model("rough_conductor").unwrap();
+    let place = |name: &str| metal.parameters.iter().position(|parameter| parameter.name == name).unwrap();
+    let textures = vec![(place("alpha"), noise(0.2, 0.6, 0.3))];
+    let leaf = Scattering::new(metal, Arguments::presets(metal.parameters), textures).unwrap();
+    let blend = Blend { parts: [leaf, Scattering::Same(lambert(0.2))], amount: noise(0.0, 1.0, 0.2) };
+    let leaf = builder.material(Varying::of(Scattering::Blend(Box::new(blend))));
+    builder.sphere(dvec3(0.2, -0.3, -0.2), 0.6, leaf);
+    let black = builder.material(lambert(0.0));
+    let lamp = builder.quad(dvec3(-0.5, 0.95, -0.5), DVec3::X, DVec3::Z, black);
+    builder.emit(lamp, shining(2.0));
+    let entries = [
+        Entry::new("direct", 16).by_night(4),
+        Entry::new("path", 32).without_roulette().by_night(4),
+        Entry::new("light", 64).without_roulette().by_night(4),
+        Entry::new("bdpt", 8).without_roulette().by_night(4),
+    ];
+    agree("gold leaf", &builder.build(Skip::Unneeded).unwrap(), 4, &entries, 0.9);
 }
 
 /// Two black screens between a floor and a point: what is met by neither, (1 − α)(1 − β) of all, arrives.
@@ -111,10 +160,10 @@ fn screens_in_a_room() {
     builder.quad(dvec3(-0.6, -0.6, 0.4), DVec3::X * 1.2, DVec3::Y * 1.0, cloud);
     let scene = builder.build(Skip::Unneeded).unwrap();
     let entries = [
-        Entry::new("direct", 32).by_night(2),
-        Entry::new("path", 64).without_roulette().by_night(2),
-        Entry::new("light", 128).without_roulette().by_night(2),
-        Entry::new("bdpt", 16).without_roulette().by_night(2),
+        Entry::new("direct", 16).by_night(4),
+        Entry::new("path", 32).without_roulette().by_night(4),
+        Entry::new("light", 64).without_roulette().by_night(4),
+        Entry::new("bdpt", 8).without_roulette().by_night(4),
     ];
     agree("screens in a room", &scene, 5, &entries, 0.9);
 }

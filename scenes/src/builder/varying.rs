@@ -5,7 +5,7 @@ use super::MaterialName;
 use super::check::check_domain;
 use super::parts::{Parts, Placed};
 use crate::error::SceneError;
-use crate::material::Varying;
+use crate::material::{Parameters, Scattering, Varying};
 use crate::shape::{Sphere, Triangle};
 use crate::surface::{Attributes, SphereInfo};
 use crate::texture::{SurfaceCoordinates, Texture};
@@ -109,10 +109,28 @@ pub(super) fn look(
 
 fn look_at(varying: &Varying, surface: &Looked, name: &str) -> Result<Vec<Bsdf>, SceneError> {
     check_coordinates(varying, surface, name)?;
-    let opacity = varying.opacity.iter().map(|texture| ("opacity", Domain::Number(0.0, 1.0), texture));
-    for (parameter, domain, texture) in varying.textures().chain(opacity) {
-        surface.ends(texture).into_iter().try_for_each(|value| check_domain(value, domain, parameter, name))?;
+    if let Some(opacity) = &varying.opacity {
+        check_ends(("opacity", Domain::Number(0.0, 1.0), opacity), surface, name)?;
     }
+    look_at_scattering(&varying.scattering, surface, name)
+}
+
+fn look_at_scattering(scattering: &Scattering, surface: &Looked, name: &str) -> Result<Vec<Bsdf>, SceneError> {
+    match scattering {
+        Scattering::Same(bsdf) => Ok(vec![*bsdf]),
+        Scattering::Model(parameters) => look_at_parameters(parameters, surface, name),
+        Scattering::Blend(blend) => {
+            check_ends(("amount", Domain::Number(0.0, 1.0), &blend.amount), surface, name)?;
+            let [first, second] = &blend.parts;
+            let mut seen = look_at_scattering(first, surface, name)?;
+            seen.extend(look_at_scattering(second, surface, name)?);
+            Ok(seen)
+        }
+    }
+}
+
+fn look_at_parameters(varying: &Parameters, surface: &Looked, name: &str) -> Result<Vec<Bsdf>, SceneError> {
+    varying.textures().try_for_each(|texture| check_ends(texture, surface, name))?;
     let mut seen = Vec::new();
     for point in surface.points() {
         let bsdf = varying.with(|texture| texture.at(&point)).map_err(|misfit| {
@@ -121,9 +139,6 @@ fn look_at(varying: &Varying, surface: &Looked, name: &str) -> Result<Vec<Bsdf>,
         })?;
         check_fixed(varying, &bsdf, name)?;
         seen.push(bsdf);
-        if varying.textures().next().is_none() {
-            break;
-        }
     }
     let extremes = extremes(varying, surface);
     extremes.iter().try_for_each(|bsdf| check_fixed(varying, bsdf, name))?;
@@ -131,8 +146,16 @@ fn look_at(varying: &Varying, surface: &Looked, name: &str) -> Result<Vec<Bsdf>,
     Ok(seen)
 }
 
+fn check_ends(
+    (parameter, domain, texture): (&str, Domain, &Texture),
+    surface: &Looked,
+    name: &str,
+) -> Result<(), SceneError> {
+    surface.ends(texture).into_iter().try_for_each(|value| check_domain(value, domain, parameter, name))
+}
+
 /// The BSDFs where textures are at their ends, one of them or all: a kind of scattering that only few points have is there.
-fn extremes(varying: &Varying, surface: &Looked) -> Vec<Bsdf> {
+fn extremes(varying: &Parameters, surface: &Looked) -> Vec<Bsdf> {
     let textures: Vec<(&Texture, Spectrum, Spectrum)> = varying
         .textures()
         .filter_map(|(.., texture)| {
@@ -178,7 +201,7 @@ fn check_coordinates(varying: &Varying, surface: &Looked, name: &str) -> Result<
 }
 
 /// What a model has tables for, and the index of what light goes through, has one value all over a surface.
-fn check_fixed(varying: &Varying, bsdf: &Bsdf, name: &str) -> Result<(), SceneError> {
+fn check_fixed(varying: &Parameters, bsdf: &Bsdf, name: &str) -> Result<(), SceneError> {
     let Some((parameter, ..)) = varying.textures().find(|(parameter, ..)| bsdf.fixed().contains(parameter)) else {
         return Ok(());
     };

@@ -12,7 +12,7 @@ use super::textures::{Textures, read_file};
 use super::{kind, subsurface};
 use crate::builder::{MaterialName, SceneBuilder};
 use crate::error::SceneError;
-use crate::material::{Material, MaterialId, Varying};
+use crate::material::{Blend, Material, MaterialId, Scattering, Varying};
 use crate::relief::Relief;
 use crate::suggest::did_you_mean;
 use crate::texture::{Encoding, Texture};
@@ -116,24 +116,33 @@ impl<'a, 'f> Reader<'a, 'f> {
         let keys: Vec<&str> = COMMON.into_iter().chain(model.parameters.iter().map(|p| p.name)).collect();
         table.allow_only(&keys)?;
         let mut arguments = Arguments::presets(model.parameters);
-        let mut textures = Vec::new();
+        let (mut textures, mut parts) = (Vec::new(), Vec::new());
         for (place, parameter) in model.parameters.iter().enumerate() {
             match self.argument(table, parameter, within)? {
                 Some(Given::Constant(argument)) => arguments.set(place, argument),
                 Some(Given::Texture(texture)) => textures.push((place, texture)),
+                Some(Given::Part(scattering)) => parts.push((place, scattering)),
                 None => {}
             }
         }
+        let scattering = if parts.iter().all(|(_, part)| matches!(part, Scattering::Same(_))) {
+            for (place, part) in parts {
+                let Scattering::Same(bsdf) = part else { unreachable!("nothing varies") };
+                arguments.set(place, Argument::Model(bsdf.kept()));
+            }
+            Scattering::new(model, arguments, textures).map_err(|misfit| misfit_error(table, &misfit))?
+        } else {
+            blend(parts, textures, &arguments)
+        };
         let (relief, opacity) = (self.relief(table)?, self.opacity(table)?);
-        if textures.is_empty() {
-            let bsdf = (model.from_arguments)(&arguments).map_err(|misfit| misfit_error(table, &misfit))?;
-            if relief.is_none() && opacity.is_none() {
-                return Ok(bsdf.into());
+        match scattering {
+            Scattering::Same(bsdf) if relief.is_none() && opacity.is_none() => Ok(bsdf.into()),
+            scattering => {
+                let mut varying = Varying::of(scattering);
+                (varying.relief, varying.opacity) = (relief, opacity);
+                Ok(varying.into())
             }
         }
-        let mut varying = Varying::new(model, arguments, textures);
-        (varying.relief, varying.opacity) = (relief, opacity);
-        Ok(varying.into())
     }
 
     /// `normal_map`, or `bump_map` \[m\].
@@ -220,12 +229,12 @@ impl<'a, 'f> Reader<'a, 'f> {
                 let table = read(&bytes).map_err(|mend| value.error(format!("{}: {mend}", path.display())))?;
                 constant(Argument::Table(table))
             }
-            Domain::Model => constant(Argument::Model(self.other(&value, within)?)),
+            Domain::Model => Ok(Some(Given::Part(self.other(&value, within)?))),
         }
     }
 
-    /// The material that another names, which may not vary.
-    fn other(&self, value: &Value<'a>, within: &mut Vec<&'a str>) -> Result<&'static Bsdf, SceneError> {
+    /// The material that another names, which may have neither relief nor opacity.
+    fn other(&self, value: &Value<'a>, within: &mut Vec<&'a str>) -> Result<Scattering, SceneError> {
         let name = value.text()?;
         let names: Vec<&str> = self.tables.iter().map(|(name, _)| *name).collect();
         let Some((name, table)) = self.tables.iter().find(|(other, _)| *other == name) else {
@@ -238,10 +247,13 @@ impl<'a, 'f> Reader<'a, 'f> {
         let material = self.named(name, table, within)?;
         within.pop();
         match material {
-            Material::Constant(bsdf) => Ok(bsdf.kept()),
+            Material::Constant(bsdf) => Ok(Scattering::Same(bsdf)),
+            Material::Varying(varying) if varying.relief.is_none() && varying.opacity.is_none() => {
+                Ok(varying.scattering)
+            }
             Material::Varying(_) => {
-                let mend = "of a material without textures, normal map, bump map and opacity";
-                Err(value.error(format!("it must be the name {mend}; give the mix itself those")))
+                let mend = "of a material without normal map, bump map and opacity; give the mix itself those";
+                Err(value.error(format!("it must be the name {mend}")))
             }
             Material::Subsurface(_) => Err(value.error("it must be the name of a material without subsurface")),
         }
@@ -274,6 +286,20 @@ fn check_normals(value: &Value, texture: &Texture) -> Result<(), SceneError> {
 enum Given {
     Constant(Argument),
     Texture(Texture),
+    /// One of the parts of a mix.
+    Part(Scattering),
+}
+
+/// The mix of two parts of which one varies.
+fn blend(parts: Vec<(usize, Scattering)>, textures: Vec<(usize, Texture)>, arguments: &Arguments) -> Scattering {
+    let [.., amount] = arguments.all::<3>();
+    let amount = match textures.into_iter().next() {
+        Some((_, texture)) => texture,
+        None => amount.number().into(),
+    };
+    let parts: Vec<Scattering> = parts.into_iter().map(|(_, part)| part).collect();
+    let parts = parts.try_into().expect("a mix has two parts, and nothing else has any");
+    Scattering::Blend(Box::new(Blend { parts, amount }))
 }
 
 /// What is wrong with a material whose arguments are each in their domain.

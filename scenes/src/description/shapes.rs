@@ -185,7 +185,8 @@ fn finish(
     };
     let extent = extent.transformed(&map);
     if let Some(varying) = table.get("material").and_then(|m| materials.varying(m.text().ok()?)) {
-        for (name, domain, texture) in varying.textures().filter(|(.., texture)| texture.axis().is_some()) {
+        let textures = varying.scattering.models().into_iter().flat_map(|parameters| parameters.textures());
+        for (name, domain, texture) in textures.filter(|(.., texture)| texture.axis().is_some()) {
             let (low, high) = extent.range(texture);
             if !domain.holds(low) || !domain.holds(high) {
                 let message = format!("the {name} ramp runs from {low} to {high} over this shape");

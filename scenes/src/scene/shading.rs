@@ -62,7 +62,7 @@ impl Scene {
     #[inline(never)]
     fn varying_interaction(&self, hit: &Hit, found: &Found, varying: &Varying) -> Interaction {
         let at = self.coordinates(hit, found);
-        let bsdf = varying.bsdf_at(&at);
+        let bsdf = varying.scattering.at(&at);
         let Some(relief) = &varying.relief else { return found.finish(bsdf, self.frame(hit, found, &bsdf)) };
         let derivatives = self.derivatives(hit, found);
         let frame = Frame::from_z_x(found.ns, derivatives.dpdu.normalize_or_zero());

@@ -54,6 +54,20 @@ fn every_texture_is_read() {
 }
 
 #[test]
+fn parts_of_a_mix_may_vary_but_have_no_maps() {
+    let mix = |keys: &str| {
+        let materials = format!(
+            "albedo = 0.7\n[materials.stripes]\ntype = \"lambert\"\nalbedo = {{ noise = {{ size = 0.1 }} }}\n{keys}\n[materials.leaf]\ntype = \"mix\"\nfirst = \"stripes\"\nsecond = \"white\"\namount = {{ noise = {{ size = 0.2 }} }}\n"
+        );
+        load(&replaced("albedo = 0.7", &materials).replace("material = \"white\"", "material = \"leaf\""))
+    };
+    let needs = mix("").unwrap().needs;
+    assert!(needs.textures && needs.only_lambertian);
+    let error = mix("opacity = 0.5").err().expect("refused").to_string();
+    assert!(error.contains("of a material without normal map, bump map and opacity"), "{error}");
+}
+
+#[test]
 fn relief_and_opacity_are_read() {
     let with = |keys: &str| load(&replaced("albedo = 0.7", &format!("albedo = 0.7\n{keys}"))).unwrap().needs;
     assert!(with("bump_map = { noise = { size = 0.1, high = 0.01 } }").textures);
