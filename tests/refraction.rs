@@ -15,7 +15,7 @@ fn entries(samples: u32) -> [Entry; 4] {
         Entry::new("light", samples).without_roulette(),
         Entry::new("bdpt", samples / 4).without_roulette(),
     ]
-    .map(|entry| entry.by_night(4))
+    .map(|entry| entry.by_night(2))
 }
 
 fn ceiling_lamp(builder: &mut SceneBuilder, width: f64) {
@@ -32,7 +32,7 @@ fn slab_of_rough_glass() {
     block(&mut builder, dvec3(-0.8, -0.7, -0.7), dvec3(0.8, -0.3, 0.8), glass);
     ceiling_lamp(&mut builder, 1.2);
     builder.camera(camera(dvec3(0.0, 0.6, 3.6), dvec3(0.0, -0.6, 0.0), 30.0, 16));
-    agree("slab of rough glass", &builder.build(Skip::Unneeded).unwrap(), 4, &entries(40), 0.9);
+    agree("slab of rough glass", &builder.build(Skip::Unneeded).unwrap(), 4, &entries(80), 0.9);
 }
 
 /// A lamp within a ball of rough glass.
@@ -44,7 +44,7 @@ fn lamp_inside_rough_glass() {
     builder.sphere(dvec3(0.1, 0.1, 0.0), 0.4, glass);
     let lamp = builder.sphere(dvec3(0.1, 0.15, 0.0), 0.2, black);
     builder.emit(lamp, shining(3.0));
-    agree("lamp inside rough glass", &builder.build(Skip::Unneeded).unwrap(), 4, &entries(32), 0.9);
+    agree("lamp inside rough glass", &builder.build(Skip::Unneeded).unwrap(), 4, &entries(64), 0.9);
 }
 
 /// A camera within a ball of rough glass that holds a white one too.
@@ -57,7 +57,7 @@ fn camera_inside_rough_glass() {
     builder.sphere(dvec3(0.1, -0.3, 0.0), 0.15, white);
     ceiling_lamp(&mut builder, 1.2);
     builder.camera(camera(dvec3(0.0, -0.2, 0.6), dvec3(0.0, -0.2, 0.0), 60.0, 16));
-    agree("camera inside rough glass", &builder.build(Skip::Unneeded).unwrap(), 4, &entries(96), 0.6);
+    agree("camera inside rough glass", &builder.build(Skip::Unneeded).unwrap(), 4, &entries(192), 0.6);
 }
 
 /// A shelf of smooth glass between a large lamp and the floor, which alone is seen: every path that crosses it from the lamp
@@ -69,5 +69,5 @@ fn shelf_of_smooth_glass() {
     block(&mut builder, dvec3(-0.9, 0.0, -0.9), dvec3(0.9, 0.2, 0.9), glass);
     ceiling_lamp(&mut builder, 1.6);
     builder.camera(camera(dvec3(0.0, -0.3, 1.6), dvec3(0.0, -1.0, 0.2), 40.0, 16));
-    agree("shelf of smooth glass", &builder.build(Skip::Unneeded).unwrap(), 4, &entries(32), 0.9);
+    agree("shelf of smooth glass", &builder.build(Skip::Unneeded).unwrap(), 4, &entries(64), 0.9);
 }

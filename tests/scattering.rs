@@ -164,7 +164,8 @@ fn resolved(bsdf: &Bsdf, max_order: usize) -> Option<Glowing<'_>> {
 }
 
 /// The examples that the quadrature can do, of those that `suits`, with their orders up to `max_order`: every day the first of each
-/// model and every fourth after it, of a single order every other; by night all of them.
+/// model and every fourth after it, of a single order every other, and of a model that these leave out the others until one is
+/// done; by night all of them.
 fn examples(max_order: usize, suits: impl Fn(&Bsdf) -> bool, check: impl Fn(&str, &Bsdf, &Glowing)) {
     let (mut done, mut left_out) = (Vec::new(), Vec::new());
     let (mut last, mut count) = ("", 0);
@@ -177,7 +178,8 @@ fn examples(max_order: usize, suits: impl Fn(&Bsdf) -> bool, check: impl Fn(&str
         // Examples are numbered in their model, so that another model changes no random number of this one.
         count = if model == last { count + 1 } else { 0 };
         last = model;
-        if !suits(&bsdf) || count % step != 0 {
+        let wanted = count % step == 0 || !done.contains(&model);
+        if !suits(&bsdf) || !wanted {
             continue;
         }
         let name = format!("{model} (example {count})");

@@ -34,7 +34,7 @@ fn strategies_of_direct_lighting() {
 
 #[test]
 fn techniques_of_path_tracing() {
-    let entry = |label, settings| Entry::new("path", 32).with(label, settings).by_night(4);
+    let entry = |label, settings| Entry::new("path", 64).with(label, settings).by_night(2);
     let entries = [
         entry("mis by power", json!({"roulette": "none"})),
         entry("mis by balance", json!({"roulette": "none", "mis": "balance"})),

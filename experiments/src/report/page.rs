@@ -145,7 +145,9 @@ fn scene_section(m: &mut Markup, result: &ExperimentResult, scene: &SceneReport,
             let ratios: Vec<&RatioRow> = result.ratios.iter().filter(|r| r.scene == scene.name).collect();
             samplers::ratios(m, &ratios, &scene.methods, columns);
             if !slopes.is_empty() {
-                folded(m, "Fitted slopes with their intervals", |m| tables::slopes(m, &slopes, &scene.methods, columns));
+                folded(m, "Fitted slopes with their intervals", |m| {
+                    tables::slopes(m, &slopes, &scene.methods, columns)
+                });
             }
         }
         if !agreement.is_empty() {
