@@ -7,7 +7,7 @@ mod parts;
 mod varying;
 
 pub use crate::camera::CameraSettings;
-pub use crate::emitter::Emission;
+pub use crate::emitter::{Emission, EnvironmentImage, Falloff, Mapping, Spot};
 pub use crate::shape::{MeshData, ShapeId};
 
 use crate::error::SceneError;
@@ -29,7 +29,9 @@ pub struct SceneBuilder {
     material_names: Vec<MaterialName>,
     shapes: Vec<Shape>,
     points: Vec<(DVec3, Spectrum)>,
-    environments: Vec<Spectrum>,
+    spots: Vec<Spot>,
+    directionals: Vec<(DVec3, Spectrum)>,
+    environments: Vec<Environment>,
     camera: Option<CameraSettings>,
     notes: Vec<String>,
 }
@@ -42,6 +44,15 @@ struct Shape {
     transform: DAffine3,
     flipped: bool,
     emission: Option<Emission>,
+}
+
+/// What rays meet which meet nothing else.
+#[derive(Clone, Debug)]
+enum Environment {
+    /// The same radiance from everywhere.
+    Constant(Spectrum),
+    /// An image.
+    Image(EnvironmentImage),
 }
 
 /// What messages call a material.
@@ -78,6 +89,8 @@ impl SceneBuilder {
             material_names: Vec::new(),
             shapes: Vec::new(),
             points: Vec::new(),
+            spots: Vec::new(),
+            directionals: Vec::new(),
             environments: Vec::new(),
             camera: None,
             notes: Vec::new(),
@@ -142,7 +155,22 @@ impl SceneBuilder {
 
     /// Lets light of this radiance \[W/(m²·sr)\] arrive from all directions.
     pub fn environment(&mut self, radiance: Spectrum) {
-        self.environments.push(radiance);
+        self.environments.push(Environment::Constant(radiance));
+    }
+
+    /// Lets the light of an image arrive from all directions.
+    pub fn environment_image(&mut self, image: EnvironmentImage) {
+        self.environments.push(Environment::Image(image));
+    }
+
+    /// Adds a spot.
+    pub fn spot(&mut self, spot: Spot) {
+        self.spots.push(spot);
+    }
+
+    /// Adds light that flies in a direction, of this irradiance across it \[W/m²\].
+    pub fn directional_emitter(&mut self, direction: DVec3, irradiance: Spectrum) {
+        self.directionals.push((direction, irradiance));
     }
 
     /// Places the camera.

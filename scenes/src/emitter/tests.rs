@@ -1,3 +1,5 @@
+mod distant;
+
 use super::*;
 use crate::builder::{Emission, MeshData, SceneBuilder};
 use crate::material::MaterialId;
