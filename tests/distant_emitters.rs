@@ -1,14 +1,16 @@
-//! Spots, directional emitters and environments with images: all methods agree, order by order.
+//! Spots, directional emitters, environments with images, and crowds of emitters: all methods agree, order by order.
 //!
 //! False-alarm rate: 0.1 % for each test (Šidák over pairs, orders and blocks).
 
-use crate::support::{Budget, COLUMNS, Entry, Family, agree, lambert, measure, method_with, room, sky};
-use glam::dvec3;
+use crate::support::{
+    Budget, COLUMNS, Entry, Family, agree, lambert, measure, method, method_with, room, shining, sky,
+};
+use glam::{DVec3, dvec3};
 use integrators::Integrator;
 use sampling::bsdf::{Bsdf, Dielectric, Mirror};
 use sampling::math::Spectrum;
 use scenes::texture::Image;
-use scenes::{EnvironmentImage, Falloff, Mapping, Scene, SceneBuilder, Skip, Spot};
+use scenes::{ChoiceRule, EnvironmentImage, Falloff, Mapping, Scene, SceneBuilder, Skip, Spot};
 use serde_json::json;
 use std::sync::Arc;
 
@@ -140,6 +142,46 @@ fn one_colour_is_constant() {
                 family.image(format!("{label} order {order}"), rendered.image(order), reference.image(order));
                 for (i, block) in rendered.blocks(COLUMNS).iter().enumerate() {
                     let label = format!("{label} order {order} block {i}");
+                    family.block(label, rendered.over(order, block), reference.over(order, block));
+                }
+            }
+        }
+    }
+    family.finish(0.8);
+}
+
+/// A hundred little lamps all over the walls, some turned away, and a spot; every choice among them has the same means.
+#[test]
+fn a_crowd_whatever_the_choice() {
+    let scene = |rule: ChoiceRule| {
+        lit("crowd", Balls::Matte, |builder| {
+            let black = builder.material(lambert(0.0));
+            for i in 0..100 {
+                let (column, row) = ((i % 10) as f64, (i / 10) as f64);
+                let corner = dvec3(-0.9 + 0.18 * column, -0.8 + 0.17 * row, -0.95 + 0.07 * ((i * 37) % 11) as f64);
+                let (u, v) = (DVec3::X * 0.04, DVec3::Y * 0.04 + DVec3::Z * (0.01 * (i % 5) as f64));
+                let lamp =
+                    if i % 6 == 0 { builder.quad(corner, v, u, black) } else { builder.quad(corner, u, v, black) };
+                builder.emit(lamp, shining(if i % 9 == 0 { 60.0 } else { 6.0 }));
+            }
+            add_spot(builder, Falloff::Linear);
+            builder.emitter_choice(rule);
+        })
+    };
+    let budget = |samples: u32| Budget::samples(samples).up_to(2);
+    let reference = measure(&scene(ChoiceRule::Power), method("path").as_ref(), "reference", budget(96));
+    let mut family = Family::new("a crowd of emitters");
+    for rule in ChoiceRule::ALL {
+        let scene = scene(rule);
+        for (name, samples) in [("direct", 32), ("path", 32), ("bdpt", 12)] {
+            let label = format!("{} {name}", rule.name());
+            let method = method(name);
+            let rendered = measure(&scene, method.as_ref(), &label, budget(samples));
+            for order in method.orders(2) {
+                let label = format!("{label} order {order}");
+                family.image(&label, rendered.image(order), reference.image(order));
+                for (i, block) in rendered.blocks(COLUMNS).iter().enumerate() {
+                    let label = format!("{label} block {i}");
                     family.block(label, rendered.over(order, block), reference.over(order, block));
                 }
             }

@@ -268,6 +268,17 @@ fn rooms() -> Vec<Scene> {
         room("directional", &parallel),
         room("sky", &|builder| builder.environment_image(sky(Mapping::Equirectangular, 3.0))),
         room("sun", &|builder| builder.environment_image(sky(Mapping::EqualArea, 1e3))),
+        room("crowd with a tree", &|builder| {
+            spot(builder);
+            parallel(builder);
+            builder.environment_image(sky(Mapping::EqualArea, 10.0));
+            let black = builder.material(lambert(0.0));
+            for i in 0..12 {
+                let corner = dvec3(-0.9 + 0.15 * i as f64, 0.5 - 0.1 * (i % 4) as f64, -0.5 + 0.2 * (i % 3) as f64);
+                let quad = builder.quad(corner, DVec3::X * 0.1, DVec3::Z * 0.1, black);
+                builder.emit(quad, shining(1.0 + i as f32));
+            }
+        }),
         room("all", &|builder| {
             spot(builder);
             parallel(builder);

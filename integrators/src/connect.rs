@@ -43,7 +43,8 @@ pub struct EmitterEnd {
 impl EmitterEnd {
     /// Density of the vertex when it is chosen as seen from a point, per area (per solid angle at an environment).
     pub fn next_event_density(&self, scene: &Scene, from: &SurfacePoint) -> f64 {
-        let pmf = scene.emitter_pmf_for(self.emitter, from);
+        let by_point = scene.emitter_pmf_for(self.emitter, from);
+        let pmf = fault!("next_event_density_by_power", by_point, scene.emitter_pmf(self.emitter));
         let (at, p) = (&self.endpoint.at, from.p);
         match self.endpoint.kind {
             EndpointKind::Point | EndpointKind::Direction => pmf as f64,

@@ -7,7 +7,7 @@ mod parts;
 mod varying;
 
 pub use crate::camera::CameraSettings;
-pub use crate::emitter::{Emission, EnvironmentImage, Falloff, Mapping, Spot};
+pub use crate::emitter::{ChoiceRule, Emission, EnvironmentImage, Falloff, Mapping, Spot};
 pub use crate::shape::{MeshData, ShapeId};
 
 use crate::error::SceneError;
@@ -32,6 +32,7 @@ pub struct SceneBuilder {
     spots: Vec<Spot>,
     directionals: Vec<(DVec3, Spectrum)>,
     environments: Vec<Environment>,
+    choice_rule: Option<ChoiceRule>,
     camera: Option<CameraSettings>,
     notes: Vec<String>,
 }
@@ -92,6 +93,7 @@ impl SceneBuilder {
             spots: Vec::new(),
             directionals: Vec::new(),
             environments: Vec::new(),
+            choice_rule: None,
             camera: None,
             notes: Vec::new(),
         }
@@ -171,6 +173,11 @@ impl SceneBuilder {
     /// Adds light that flies in a direction, of this irradiance across it \[W/m²\].
     pub fn directional_emitter(&mut self, direction: DVec3, irradiance: Spectrum) {
         self.directionals.push((direction, irradiance));
+    }
+
+    /// Says how next-event estimation chooses among emitters, which otherwise depends on how many there are.
+    pub fn emitter_choice(&mut self, rule: ChoiceRule) {
+        self.choice_rule = Some(rule);
     }
 
     /// Places the camera.

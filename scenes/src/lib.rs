@@ -53,7 +53,7 @@ mod test_support;
 pub mod texture;
 
 pub use builder::{
-    CameraSettings, Emission, EnvironmentImage, Falloff, Mapping, MeshData, SceneBuilder, ShapeId, Spot,
+    CameraSettings, ChoiceRule, Emission, EnvironmentImage, Falloff, Mapping, MeshData, SceneBuilder, ShapeId, Spot,
 };
 pub use camera::{Camera, WeSample, WiSample};
 pub use emitter::{Emitter, EmitterId, Endpoint, EndpointKind, LeSample, LiSample};

@@ -5,7 +5,9 @@ mod shading;
 
 use crate::accel::Accel;
 use crate::camera::Camera;
-use crate::emitter::{Emitter, EmitterChoice, EmitterId, Endpoint, EndpointKind, LeSample, LiSample};
+use crate::emitter::{
+    ChoiceRule, Emitter, EmitterChoice, EmitterId, Endpoint, EndpointKind, LeSample, LiSample, NextEventChoice,
+};
 use crate::interaction::Interaction;
 use crate::material::Material;
 use crate::needs::Needs;
@@ -30,6 +32,8 @@ pub struct Scene {
     pub emitters: Vec<Emitter>,
     /// The emitter that rays meet which meet nothing else.
     pub environment: Option<EmitterId>,
+    /// How next-event estimation chooses among emitters.
+    pub choice_rule: ChoiceRule,
     /// What was approximated or left out when it was loaded.
     pub notes: Vec<String>,
     /// A hash of all that its images depend on: geometry, materials, emitters, camera as built.
@@ -46,6 +50,7 @@ pub struct Scene {
     pub(crate) attributes: Vec<Attributes>,
     pub(crate) materials: Vec<Material>,
     pub(crate) choice: EmitterChoice,
+    pub(crate) next_event_choice: NextEventChoice,
 }
 
 /// A sphere around all surfaces of a scene.
@@ -159,7 +164,7 @@ impl Scene {
         }
     }
 
-    /// An emitter in proportion to its power, and the probability of choosing it; None if nothing emits.
+    /// An emitter for a light walk, in proportion to its power, and the probability of choosing it; None if nothing emits.
     #[inline]
     pub fn choose_emitter(&self, uc: f32) -> Option<(EmitterId, f32)> {
         self.choice.sample(uc)
@@ -171,16 +176,17 @@ impl Scene {
         self.choice.pmf(id)
     }
 
-    /// An emitter for a point to be lit by, and the probability of choosing it; None if nothing emits.
+    /// An emitter for a point to be lit by, as [`Scene::choice_rule`] says, and the probability of choosing it; None if none was
+    /// found that can light it.
     #[inline]
-    pub fn choose_emitter_for(&self, _: &SurfacePoint, uc: f32) -> Option<(EmitterId, f32)> {
-        self.choice.sample(uc)
+    pub fn choose_emitter_for(&self, at: &SurfacePoint, uc: f32) -> Option<(EmitterId, f32)> {
+        self.next_event_choice.sample(&self.choice, at, uc)
     }
 
     /// The probability that [`Scene::choose_emitter_for`] chooses this emitter for that point.
     #[inline]
-    pub fn emitter_pmf_for(&self, id: EmitterId, _: &SurfacePoint) -> f32 {
-        self.choice.pmf(id)
+    pub fn emitter_pmf_for(&self, id: EmitterId, at: &SurfacePoint) -> f32 {
+        self.next_event_choice.pmf(&self.choice, at, id)
     }
 
     /// An endpoint on an emitter for the point `p_ref` to be lit by; None if the sampled one cannot light it.

@@ -7,8 +7,8 @@ use super::{Environment, SceneBuilder, Shape};
 use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::emitter::{
-    ConstantEnvironment, DirectionalEmitter, Emitter, EmitterChoice, EmitterId, ImageEnvironment, PointEmitter,
-    SpotEmitter,
+    ChoiceRule, ConstantEnvironment, DirectionalEmitter, Emitter, EmitterChoice, EmitterId, ImageEnvironment,
+    NextEventChoice, PointEmitter, SpotEmitter,
 };
 use crate::error::SceneError;
 use crate::material::Material;
@@ -58,7 +58,8 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
     }
     // Skips change no image, so the hash is taken of what was given.
     let given = materials(&builder.materials, shift, Skip::Unneeded);
-    let hash = hash(&parts.content(&given, environment, &camera));
+    let choice_rule = builder.choice_rule.unwrap_or_else(|| ChoiceRule::for_emitters(&parts.emitters));
+    let hash = hash(&parts.content(&given, environment, &camera), choice_rule);
     let (needs, facts) = (parts.needs(skip), parts.needs(Skip::Unneeded));
     let accel = Accel::build(&parts.triangles, parts.spheres, camera.position(), skip);
     Ok(Scene {
@@ -67,6 +68,8 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
         needs,
         facts,
         choice: EmitterChoice::new(&parts.emitters, skip)?,
+        next_event_choice: NextEventChoice::new(choice_rule, &parts.emitters)?,
+        choice_rule,
         emitters: parts.emitters,
         environment,
         notes: builder.notes,

@@ -8,7 +8,7 @@ use sampling::math::Spectrum;
 use super::reader::{Table, Value};
 use super::textures::{Textures, choice};
 use super::{kind, tables, transform};
-use crate::builder::{EnvironmentImage, Falloff, Mapping, SceneBuilder, Spot};
+use crate::builder::{ChoiceRule, EnvironmentImage, Falloff, Mapping, SceneBuilder, Spot};
 use crate::error::SceneError;
 use crate::texture::Encoding;
 
@@ -23,7 +23,7 @@ use crate::texture::Encoding;
 ///   [`Mapping::NAMES`], and the rotation of `transform`, which may mirror, turns the environment. Images of bytes are sRGB,
 ///   the others linear.
 ///
-/// There is one `constant` or one `environment` at most.
+/// There is one `constant` or one `environment` at most. `emitter_choice` of the root is one of [`ChoiceRule::NAMES`].
 pub(super) fn read(root: &Table, folder: Option<&Path>, builder: &mut SceneBuilder) -> Result<(), SceneError> {
     let mut surroundings: Option<&str> = None;
     for table in &tables(root, "emitters")? {
@@ -52,6 +52,9 @@ pub(super) fn read(root: &Table, folder: Option<&Path>, builder: &mut SceneBuild
                 surroundings = Some(kind);
             }
         }
+    }
+    if let Some(place) = choice(root, "emitter_choice", &ChoiceRule::NAMES)? {
+        builder.emitter_choice(ChoiceRule::ALL[place]);
     }
     Ok(())
 }

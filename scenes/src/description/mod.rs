@@ -23,7 +23,8 @@
 //! radiance = 1
 //! ```
 //!
-//! Materials, shapes and emitters are described key by key where they are read, in `materials.rs`, `shapes.rs` and `emitters.rs`; the keys of a
+//! `emitter_choice`, at the top, says how next-event estimation chooses among emitters: one of
+//! [`ChoiceRule::NAMES`](crate::ChoiceRule::NAMES). Materials, shapes and emitters are described key by key where they are read, in `materials.rs`, `shapes.rs` and `emitters.rs`; the keys of a
 //! material are the parameters of its model, [`ModelEntry::parameters`](sampling::bsdf::ModelEntry::parameters). An unknown key,
 //! name or type is an error with the nearest valid one; every error names the file, the line and the mend.
 
@@ -70,7 +71,7 @@ pub fn read(text: &str, origin: Origin, size: Option<(u32, u32)>) -> Result<Scen
     let source = Source { file: origin.file, text };
     let document = source.parse()?;
     let root = Table::root(source, &document);
-    root.allow_only(&["title", "description", "camera", "materials", "shapes", "emitters"])?;
+    root.allow_only(&["title", "description", "camera", "materials", "shapes", "emitters", "emitter_choice"])?;
     for key in ["title", "description"] {
         root.get(key).map(|value| value.text()).transpose()?;
     }

@@ -4,6 +4,7 @@
 //! per solid angle there); light walks sample it by itself, position and direction apart (`sample_le`, two densities).
 
 mod area;
+mod bounds;
 mod choice;
 mod directional;
 mod environment;
@@ -11,9 +12,11 @@ mod image;
 mod mapping;
 mod point;
 mod spot;
+mod tree;
 
 pub use area::{AreaEmitter, AreaShape, Emission};
-pub(crate) use choice::EmitterChoice;
+pub use choice::ChoiceRule;
+pub(crate) use choice::{EmitterChoice, NextEventChoice};
 pub use directional::DirectionalEmitter;
 pub use environment::ConstantEnvironment;
 pub use image::{EnvironmentImage, ImageEnvironment};

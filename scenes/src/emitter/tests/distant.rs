@@ -15,7 +15,12 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// An environment of texels `grey(column, row)`.
-fn sky(size: (u32, u32), mapping: Mapping, rotation: DMat3, grey: impl Fn(u32, u32) -> f32) -> EnvironmentImage {
+pub(super) fn sky(
+    size: (u32, u32),
+    mapping: Mapping,
+    rotation: DMat3,
+    grey: impl Fn(u32, u32) -> f32,
+) -> EnvironmentImage {
     let texels = (0..size.1).flat_map(|row| (0..size.0).map(move |column| (column, row)));
     let texels = texels.map(|(column, row)| [grey(column, row), 0.5 * grey(column, row), 0.1, 1.0]).collect();
     let image = Arc::new(Image::from_linear(size.0, size.1, texels).expect("a good image"));
@@ -216,7 +221,7 @@ fn samples_of_images_fall_where_their_density_says() {
     }
 }
 
-fn spots() -> Vec<Spot> {
+pub(super) fn spots() -> Vec<Spot> {
     let (position, target) = (dvec3(0.3, 2.0, 0.4), dvec3(0.1, 0.0, -0.2));
     let intensity = Spectrum::new(3.0, 2.0, 1.0);
     let mut spots = Vec::new();
