@@ -97,8 +97,7 @@ fn two_points() {
     compare(&scene, 128, |p| points.iter().map(|&point| of(point, p)).sum());
 }
 
-/// The edges of beam and cutoff run through what is seen, over which the quadrature of pixels must be smooth: both falloffs are
-/// so wide that the kinks of a pixel's quadrature stay far below what is resolved, and the floor is lit to its borders.
+/// The beam is narrow and the cutoff wide, so that the kinks at their edges are far below what is resolved.
 #[test]
 fn spot() {
     let (intensity, position, target) = (2.0, dvec3(0.2, 0.7, -0.1), dvec3(0.4, 0.0, 0.4));
