@@ -22,6 +22,8 @@ const FAULTS: &[(&str, &str)] = &[
     ("area_density_not_converted", "orders::furnace"),
     ("power_weights_wrong", "irradiance::two_points"),
     ("environment_density_of_a_hemisphere", "scattering::once_by_a_ball_in_a_uniform_environment"),
+    ("next_event_density_by_power", "mis_weights::weights_sum_to_one_whatever_emits"),
+    ("environment_density_without_sine", "irradiance::environment_image"),
     ("importance_with_cos_cubed", "splats::border_pixels_get_their_share"),
     ("adjoint_factor_missing", "shading_normals::coarse_spheres_with_smooth_normals"),
     ("adjoint_factor_missing", "shading_normals::strong_relief_over_smooth_normals"),

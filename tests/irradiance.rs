@@ -2,10 +2,11 @@
 //!
 //! False-alarm rate: 0.1 % for each test (Šidák over its methods, orders and blocks).
 
-use crate::support::{ALL, Budget, COLUMNS, Family, Truth, camera, lambert, method, shining};
+use crate::support::{ALL, Budget, COLUMNS, Family, Truth, camera, lambert, method, shining, sky};
 use glam::{DVec3, dvec3};
 use sampling::math::Spectrum;
-use scenes::{Interaction, Scene, SceneBuilder, Skip};
+use sampling::vec3;
+use scenes::{Falloff, Interaction, Mapping, Scene, SceneBuilder, Skip, Spot};
 use std::f64::consts::PI;
 
 const ALBEDO: f32 = 0.7;
@@ -94,4 +95,76 @@ fn two_points() {
     let of =
         |(intensity, position): (f32, DVec3), p: DVec3| intensity as f64 * position.y / (position - p).length().powi(3);
     compare(&scene, 128, |p| points.iter().map(|&point| of(point, p)).sum());
+}
+
+/// The beam is narrow and the cutoff wide, so that the kinks at their edges are far below what is resolved.
+#[test]
+fn spot() {
+    let (intensity, position, target) = (2.0, dvec3(0.2, 0.7, -0.1), dvec3(0.4, 0.0, 0.4));
+    for falloff in Falloff::ALL {
+        let (cutoff, beam) = (f64::to_radians(80.0), f64::to_radians(2.0));
+        let mut builder = floor(&format!("{falloff:?} spot over a plane"));
+        builder.spot(Spot { position, target, intensity: Spectrum::splat(intensity), cutoff, beam, falloff });
+        let scene = builder.build(Skip::Unneeded).unwrap();
+        let axis = (target - position).normalize();
+        compare(&scene, 128, |p| {
+            let d = position - p;
+            let cosine = (-d).normalize().dot(axis);
+            let share = match falloff {
+                Falloff::Linear => ((cutoff - cosine.acos()) / (cutoff - beam)).clamp(0.0, 1.0),
+                Falloff::Smooth => {
+                    let x = ((cosine - cutoff.cos()) / (beam.cos() - cutoff.cos())).clamp(0.0, 1.0);
+                    x * x * (3.0 - 2.0 * x)
+                }
+            };
+            share * intensity as f64 * d.y / d.length().powi(3)
+        });
+    }
+}
+
+#[test]
+fn directional() {
+    let (irradiance, direction) = (3.0, dvec3(0.4, -1.0, -0.3));
+    let mut builder = floor("parallel light on a plane");
+    builder.directional_emitter(direction, Spectrum::splat(irradiance));
+    let scene = builder.build(Skip::Unneeded).unwrap();
+    compare(&scene, 64, |_| -(irradiance as f64) * direction.normalize().y);
+}
+
+/// The sum of what two emitters that are certain make of a plane, the stronger chosen more often.
+#[test]
+fn spot_and_directional() {
+    let (intensity, position, irradiance, direction) = (0.2, dvec3(0.4, 0.6, 0.3), 1.0, dvec3(0.0, -1.0, 0.5));
+    let mut builder = floor("spot and parallel light on a plane");
+    let (cutoff, falloff) = (PI, Falloff::Linear);
+    let target = position - DVec3::Y;
+    builder.spot(Spot { position, target, intensity: Spectrum::splat(intensity), cutoff, beam: cutoff, falloff });
+    builder.directional_emitter(direction, Spectrum::splat(irradiance));
+    let scene = builder.build(Skip::Unneeded).unwrap();
+    compare(&scene, 128, |p| {
+        let d = position - p;
+        intensity as f64 * d.y / d.length().powi(3) - irradiance as f64 * direction.normalize().y
+    });
+}
+
+/// The irradiance of a plane is the same all over it: that of the upper half of the sky, by quadrature of its radiance.
+#[test]
+fn environment_image() {
+    for mapping in Mapping::ALL {
+        let mut builder = floor(&format!("{mapping:?} sky over a plane"));
+        builder.environment_image(sky(mapping, 20.0));
+        let scene = builder.build(Skip::Unneeded).unwrap();
+        let (rows, columns) = (600, 1200);
+        let mut irradiance = 0.0;
+        for i in 0..rows {
+            // Rows of equal projected solid angle: sin²θ uniform.
+            let sine = ((i as f64 + 0.5) / rows as f64).sqrt();
+            for j in 0..columns {
+                let (s, c) = (2.0 * PI * (j as f64 + 0.5) / columns as f64).sin_cos();
+                let d = vec3((sine * c) as f32, (1.0 - sine * sine).sqrt() as f32, (sine * s) as f32);
+                irradiance += scene.environment_le(d).mean() as f64 * PI / (rows * columns) as f64;
+            }
+        }
+        compare(&scene, 128, |_| irradiance);
+    }
 }

@@ -5,6 +5,7 @@ mod bsdf_laws;
 mod cli;
 mod crops;
 mod determinism;
+mod distant_emitters;
 mod emitters;
 mod environment;
 mod false_alarms;

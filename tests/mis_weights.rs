@@ -4,7 +4,8 @@
 //! from its vertices alone, and weighed by the same code as if that strategy had made it. No randomness is left by then, so
 //! the tolerance is that of `f32` densities.
 
-use crate::support::builtin;
+use crate::support::{builtin, lambert, room, shining, sky};
+use glam::{DVec3, dvec3};
 use integrators::bdpt::Bdpt;
 use integrators::connect::{EmitterEnd, PathDensities};
 use integrators::method::Pixel;
@@ -15,9 +16,10 @@ use integrators::walk::WalkRules;
 use integrators::{Contribution, Estimator, Orders, Request, Sink, Technique, Wants};
 use sampling::Vec3;
 use sampling::bsdf::{Bsdf, TransportMode, fresnel_dielectric};
+use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
 use sampling::sampler::{Purpose, Role, Sampler, SamplerKind, StreamKey};
-use scenes::{EmitterId, Endpoint, EndpointKind, Interaction, Scene};
+use scenes::{EmitterId, Endpoint, Falloff, Interaction, Mapping, Scene, SceneBuilder, Skip, Spot};
 
 const TOLERANCE: f64 = 2e-3;
 
@@ -81,7 +83,7 @@ impl<'a> Whole<'a> {
     }
 
     fn is_infinite(&self, i: usize) -> bool {
-        i == 0 && self.endpoint.kind == EndpointKind::Infinite
+        i == 0 && self.endpoint.kind.is_infinite()
     }
 
     /// Unit direction from vertex `i` to its neighbour `j`.
@@ -175,10 +177,10 @@ impl<'a> Whole<'a> {
         if s == 0 {
             densities.set_emission(self.scene, &camera, &end);
         } else {
-            let next_event = end.next_event_density(self.scene, self.vertices[1].at.p);
+            let next_event = end.next_event_density(self.scene, &self.vertices[1].at);
             densities.set_connected(self.scene, (&rules.1, &rules.0), &light, &camera, next_event);
         }
-        let hittable = self.endpoint.kind != EndpointKind::Point;
+        let hittable = !self.endpoint.kind.is_delta();
         let connectable = |i: usize| !self.vertices[i].delta;
         let possible = match s {
             0 => hittable,
@@ -231,6 +233,67 @@ fn weights_of_all_strategies_sum_to_one() {
                 for roulette in [LocalRoulette::None, LocalRoulette::Local] {
                     check(&builtin(name, 8), &Bdpt { mis, roulette, emitter_to_camera }, 2);
                 }
+            }
+        }
+    }
+}
+
+/// A room with a glass ball and a mirror, lit by one emitter of each kind that is no surface.
+fn rooms() -> Vec<Scene> {
+    let room = |name: &str, add: &dyn Fn(&mut SceneBuilder)| {
+        let mut builder = room(name);
+        let glass = builder.material(Bsdf::from(sampling::bsdf::Dielectric { eta: 1.5 }));
+        let mirror = builder.material(Bsdf::from(sampling::bsdf::Mirror { reflectance: Spectrum::splat(0.9) }));
+        builder.sphere(dvec3(-0.4, -0.6, 0.2), 0.35, glass);
+        builder.sphere(dvec3(0.5, -0.7, -0.1), 0.28, mirror);
+        add(&mut builder);
+        let mut scene = builder.build(Skip::Unneeded).unwrap();
+        scene.camera.set_size(8, 8);
+        scene
+    };
+    let spot = |builder: &mut SceneBuilder| {
+        let (position, target, intensity) = (dvec3(0.3, 0.9, 0.5), dvec3(-0.3, -0.7, 0.0), Spectrum::splat(3.0));
+        builder.spot(Spot { position, target, intensity, cutoff: 0.7, beam: 0.3, falloff: Falloff::Linear });
+    };
+    let parallel = |builder: &mut SceneBuilder| {
+        builder.directional_emitter(dvec3(-0.2, -0.5, -1.0), Spectrum::splat(2.0));
+    };
+    let lamp = |builder: &mut SceneBuilder| {
+        let black = builder.material(lambert(0.0));
+        let quad = builder.quad(dvec3(-0.2, 0.9, -0.2), DVec3::X * 0.4, DVec3::Z * 0.4, black);
+        builder.emit(quad, shining(5.0));
+    };
+    vec![
+        room("spot", &spot),
+        room("directional", &parallel),
+        room("sky", &|builder| builder.environment_image(sky(Mapping::Equirectangular, 3.0))),
+        room("sun", &|builder| builder.environment_image(sky(Mapping::EqualArea, 1e3))),
+        room("crowd with a tree", &|builder| {
+            spot(builder);
+            parallel(builder);
+            builder.environment_image(sky(Mapping::EqualArea, 10.0));
+            let black = builder.material(lambert(0.0));
+            for i in 0..12 {
+                let corner = dvec3(-0.9 + 0.15 * i as f64, 0.5 - 0.1 * (i % 4) as f64, -0.5 + 0.2 * (i % 3) as f64);
+                let quad = builder.quad(corner, DVec3::X * 0.1, DVec3::Z * 0.1, black);
+                builder.emit(quad, shining(1.0 + i as f32));
+            }
+        }),
+        room("all", &|builder| {
+            spot(builder);
+            parallel(builder);
+            lamp(builder);
+            builder.environment_image(sky(Mapping::EqualArea, 10.0));
+        }),
+    ]
+}
+
+#[test]
+fn weights_sum_to_one_whatever_emits() {
+    for scene in rooms() {
+        for mis in [Heuristic::Balance, Heuristic::Power] {
+            for emitter_to_camera in [false, true] {
+                check(&scene, &Bdpt { mis, roulette: LocalRoulette::Local, emitter_to_camera }, 6);
             }
         }
     }

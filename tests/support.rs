@@ -4,12 +4,14 @@ mod estimate;
 mod family;
 mod pairs;
 mod room;
+mod sky;
 mod truth;
 
 pub use estimate::Estimate;
 pub use family::{Comparison, Family, POWER};
 pub use pairs::{COLUMNS, Entry, agree, pixels_without_delta};
 pub use room::{block, room};
+pub use sky::sky;
 pub use truth::{GAUSS, Truth};
 
 use glam::DVec3;

@@ -67,7 +67,7 @@ impl Estimator for Bdpt {
 
     fn missing_light(&self, needs: &Needs) -> Vec<String> {
         let lost = needs.delta_emitters && needs.pinhole && needs.delta_lobes;
-        let class = "LS.*E from point emitters to a pinhole, where no two neighbouring vertices scatter by other than delta lobes";
+        let class = "LS.*E from points, spots and directional emitters to a pinhole, where no two neighbouring vertices scatter by other than delta lobes";
         if lost { vec![class.to_owned()] } else { Vec::new() }
     }
 
@@ -175,7 +175,7 @@ impl<S: Sink> Join<'_, S> {
     fn next_event_density(&self) -> f64 {
         let [first, second, ..] = self.light else { return 0.0 };
         let Site::Emitter(emitter, endpoint) = first.site else { return 0.0 };
-        EmitterEnd { emitter, endpoint }.next_event_density(self.scene, second.at.p)
+        EmitterEnd { emitter, endpoint }.next_event_density(self.scene, &second.at)
     }
 
     /// `s = 0`: the camera subpath's vertex `t − 1` emits.
@@ -207,7 +207,7 @@ impl<S: Sink> Join<'_, S> {
         let z = &camera[t - 1];
         let Site::Surface(interaction) = &z.site else { return };
         sampler.start_vertex(Subpath::Camera, t as u32 - 1);
-        let Some(event) = sample_next_event(self.scene, z.at.p, sampler) else { return };
+        let Some(event) = sample_next_event(self.scene, &z.at, sampler) else { return };
         self.scratch.counters.connections += 1;
         let f = interaction.eval(z.wo, event.wi, TransportMode::Radiance);
         let value = z.beta * f * event.radiance * event.wi.dot(interaction.ns()).abs();
@@ -225,7 +225,7 @@ impl<S: Sink> Join<'_, S> {
     fn emitter_to_camera(&mut self, sampler: &mut Sampler) {
         let from = self.camera[0].at;
         sampler.start_vertex(Subpath::Camera, 0);
-        let Some(event) = sample_next_event(self.scene, from.p, sampler) else { return };
+        let Some(event) = sample_next_event(self.scene, &from, sampler) else { return };
         if event.delta {
             return;
         }

@@ -9,11 +9,10 @@
 
 use crate::vertex::{PathVertex, Site, density_at};
 use crate::walk::WalkRules;
-use sampling::Vec3;
 use sampling::bsdf::TransportMode;
 use sampling::fault;
 use sampling::mis::Heuristic;
-use scenes::{EmitterId, Endpoint, EndpointKind, Scene};
+use scenes::{EmitterId, Endpoint, EndpointKind, Scene, SurfacePoint};
 
 /// A path's densities, from both ends.
 #[derive(Clone, Debug, Default)]
@@ -42,12 +41,13 @@ pub struct EmitterEnd {
 }
 
 impl EmitterEnd {
-    /// Density of the vertex when it is chosen as seen from `p`, per area (per solid angle at an environment).
-    pub fn next_event_density(&self, scene: &Scene, p: Vec3) -> f64 {
-        let pmf = scene.emitter_pmf(self.emitter);
-        let at = &self.endpoint.at;
+    /// Density of the vertex when it is chosen as seen from a point, per area (per solid angle at an environment).
+    pub fn next_event_density(&self, scene: &Scene, from: &SurfacePoint) -> f64 {
+        let by_point = scene.emitter_pmf_for(self.emitter, from);
+        let pmf = fault!("next_event_density_by_power", by_point, scene.emitter_pmf(self.emitter));
+        let (at, p) = (&self.endpoint.at, from.p);
         match self.endpoint.kind {
-            EndpointKind::Point => pmf as f64,
+            EndpointKind::Point | EndpointKind::Direction => pmf as f64,
             EndpointKind::Infinite => (pmf * scene.pdf_li(self.emitter, p, &self.endpoint, -at.ng)) as f64,
             EndpointKind::Surface => {
                 let wi = (at.p - p).normalize_or_zero();
@@ -59,7 +59,7 @@ impl EmitterEnd {
     /// Density of the vertex as the start of a light subpath, and of `to` as its second vertex, if `to` is on the path.
     fn emission_densities(&self, scene: &Scene, to: &PathVertex) -> (f64, f64) {
         let at = &self.endpoint.at;
-        let infinite = self.endpoint.kind == EndpointKind::Infinite;
+        let infinite = self.endpoint.kind.is_infinite();
         let d = if infinite { at.ng } else { (to.at.p - at.p).normalize_or_zero() };
         let (pdf_p, pdf_d) = scene.pdf_le(self.emitter, &self.endpoint, d);
         let next = if infinite { pdf_d as f64 * to.at.ng.dot(d).abs() as f64 } else { density_at(&to.at, pdf_d, at.p) };
@@ -89,7 +89,7 @@ impl PathDensities {
             Site::Emitter(emitter, endpoint) => {
                 let end = EmitterEnd { emitter: *emitter, endpoint: *endpoint };
                 (self.light[0], self.light[1]) = end.emission_densities(scene, z);
-                self.hittable = endpoint.kind != EndpointKind::Point;
+                self.hittable = !endpoint.kind.is_delta();
             }
             Site::Surface(interaction) => {
                 let survival = light_rules.survival(interaction);
@@ -97,7 +97,7 @@ impl PathDensities {
                 self.light[s] = z.density(forward * survival, y.at.p);
                 let back = interaction.pdf(-to_y, y.wo, TransportMode::Radiance);
                 self.camera[s - 2] = light[s - 2].density(back * survival, y.at.p);
-                self.hittable = !matches!(&light[0].site, Site::Emitter(_, Endpoint { kind: EndpointKind::Point, .. }));
+                self.hittable = !matches!(&light[0].site, Site::Emitter(_, endpoint) if endpoint.kind.is_delta());
             }
             Site::Camera => {}
         }
@@ -124,7 +124,7 @@ impl PathDensities {
         self.copy_subpaths(&[], camera);
         let before = &camera[camera.len() - 2];
         (self.light[0], self.light[1]) = end.emission_densities(scene, before);
-        self.next_event = end.next_event_density(scene, before.at.p);
+        self.next_event = end.next_event_density(scene, &before.at);
         self.hittable = true;
     }
 

@@ -60,10 +60,10 @@ impl Estimator for Direct {
             missing.push("LSE: sampled emitter points are not seen in mirrors or through glass".to_owned());
         }
         if self.strategy == Strategy::Bsdf && needs.delta_emitters {
-            missing.push("LDE from point emitters: no sampled direction hits a point".to_owned());
+            missing.push("LDE from points, spots and directional emitters: no sampled direction meets them".to_owned());
         }
         if self.strategy != Strategy::Emitter && needs.delta_emitters && needs.delta_lobes {
-            missing.push("LSE from point emitters".to_owned());
+            missing.push("LSE from points, spots and directional emitters".to_owned());
         }
         missing
     }
@@ -121,7 +121,7 @@ impl Direct {
         if self.strategy == Strategy::Bsdf || !hit.is_connectable() {
             return None;
         }
-        let event = sample_next_event(scene, hit.point.p, sampler)?;
+        let event = sample_next_event(scene, &hit.point, sampler)?;
         scratch.counters.connections += 1;
         let (f, pdf) = hit.eval_pdf(wo, event.wi, TransportMode::Radiance);
         let value = f * event.radiance * event.wi.dot(hit.ns()).abs();
@@ -155,11 +155,11 @@ impl Direct {
         scratch.counters.closest += 1;
         let (le, pdf) = match scene.intersect(&hit.point.spawn(sample.wi)) {
             Some(next) => {
-                (scene.le(&next, -sample.wi), pdf_next_event(scene, hit.point.p, next.emitter?, &next, sample.wi))
+                (scene.le(&next, -sample.wi), pdf_next_event(scene, &hit.point, next.emitter?, &next, sample.wi))
             }
             None => {
                 let emitter = scene.environment?;
-                (scene.environment_le(sample.wi), pdf_next_event_environment(scene, hit.point.p, emitter, sample.wi))
+                (scene.environment_le(sample.wi), pdf_next_event_environment(scene, &hit.point, emitter, sample.wi))
             }
         };
         let alone = self.strategy == Strategy::Bsdf || sample.lobe.is_delta();

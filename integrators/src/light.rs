@@ -138,13 +138,14 @@ impl<S: Sink> Walk<'_, S> {
         self.add(camera.raster, order, value);
     }
 
-    /// Splats what the emitter's point itself sends into the camera. A point emitter is too small to be seen.
+    /// Splats what the emitter's point itself sends into the camera. What is certain of direction or place is too
+    /// small to be seen.
     fn connect_emitter(&mut self, start: &LightStart, sampler: &mut Sampler, scratch: &mut Scratch) {
         let endpoint = &start.sample.endpoint;
         let camera = &self.scene.camera;
         let u = if self.scene.needs.pinhole { Vec2::ZERO } else { sampler.get_2d(Purpose::NextCamera) };
         let (value, raster, ray) = match endpoint.kind {
-            EndpointKind::Point => return,
+            EndpointKind::Point | EndpointKind::Direction => return,
             EndpointKind::Surface => {
                 let Some(seen) = camera.sample_wi(endpoint.at.p, u) else { return };
                 let le = self.scene.le_at(start.emitter, endpoint, seen.wi);

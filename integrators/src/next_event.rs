@@ -4,7 +4,7 @@ use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
 use sampling::sampler::{Purpose, Sampler};
 use sampling::{Vec2, Vec3};
-use scenes::{EmitterId, Endpoint, EndpointKind, Interaction, Ray, Scene, SurfacePoint};
+use scenes::{EmitterId, Endpoint, Interaction, Ray, Scene, SurfacePoint};
 
 /// A sampled emitter point.
 #[derive(Clone, Copy, Debug)]
@@ -17,7 +17,7 @@ pub struct NextEvent {
     pub wi: Vec3,
     /// Incident radiance over its density, the choice among emitters included.
     pub radiance: Spectrum,
-    /// Its density [1/sr] at the reference point, the choice among emitters included; of a delta position the choice alone.
+    /// Its density [1/sr] at the reference point, the choice among emitters included; of what is certain the choice alone.
     pub pdf: f32,
     /// Whether no other technique can meet it.
     pub delta: bool,
@@ -45,33 +45,30 @@ pub struct Scattered {
 /// The segment from a point to an emitter's point, in direction `wi` where that lies infinitely far.
 #[inline]
 pub fn shadow_ray(from: &SurfacePoint, endpoint: &Endpoint, wi: Vec3) -> Ray {
-    match endpoint.kind {
-        EndpointKind::Infinite => from.spawn(wi),
-        EndpointKind::Surface | EndpointKind::Point => from.segment_to(&endpoint.at),
-    }
+    if endpoint.kind.is_infinite() { from.spawn(wi) } else { from.segment_to(&endpoint.at) }
 }
 
-/// Chooses an emitter and a point on it, as seen from `p`. The sampler stands at the vertex. `None` where nothing can arrive.
+/// Chooses an emitter and a point on it, as seen from a point. The sampler stands at the vertex. `None` where nothing can arrive.
 #[inline]
-pub fn sample_next_event(scene: &Scene, p: Vec3, sampler: &mut Sampler) -> Option<NextEvent> {
+pub fn sample_next_event(scene: &Scene, from: &SurfacePoint, sampler: &mut Sampler) -> Option<NextEvent> {
     let uc = if scene.needs.emitter_choice { sampler.get_1d(Purpose::NextEmitter) } else { 0.0 };
-    let (emitter, pmf) = scene.choose_emitter(uc)?;
+    let (emitter, pmf) = scene.choose_emitter_for(from, uc)?;
     let u = sampler.get_2d(Purpose::NextPosition);
-    let li = scene.sample_li(emitter, p, u)?;
+    let li = scene.sample_li(emitter, from.p, u)?;
     let pdf = li.pdf * pmf;
     Some(NextEvent { emitter, endpoint: li.endpoint, wi: li.wi, radiance: li.li / pdf, pdf, delta: li.delta })
 }
 
-/// Density [1/sr] with which [`sample_next_event`] from `p` gives the emitting surface point that a ray along `wi` hit.
+/// Density [1/sr] with which [`sample_next_event`] from a point gives the emitting surface point that a ray along `wi` hit.
 #[inline]
-pub fn pdf_next_event(scene: &Scene, p: Vec3, emitter: EmitterId, hit: &Interaction, wi: Vec3) -> f32 {
-    scene.emitter_pmf(emitter) * scene.pdf_li(emitter, p, &scene.endpoint_of(hit), wi)
+pub fn pdf_next_event(scene: &Scene, from: &SurfacePoint, emitter: EmitterId, hit: &Interaction, wi: Vec3) -> f32 {
+    scene.emitter_pmf_for(emitter, from) * scene.pdf_li(emitter, from.p, &scene.endpoint_of(hit), wi)
 }
 
-/// Density [1/sr] with which [`sample_next_event`] from `p` gives the environment in direction `wi`.
+/// Density [1/sr] with which [`sample_next_event`] from a point gives the environment in direction `wi`.
 #[inline]
-pub fn pdf_next_event_environment(scene: &Scene, p: Vec3, emitter: EmitterId, wi: Vec3) -> f32 {
-    scene.emitter_pmf(emitter) * scene.pdf_li(emitter, p, &scene.environment_endpoint(wi), wi)
+pub fn pdf_next_event_environment(scene: &Scene, from: &SurfacePoint, emitter: EmitterId, wi: Vec3) -> f32 {
+    scene.emitter_pmf_for(emitter, from) * scene.pdf_li(emitter, from.p, &scene.environment_endpoint(wi), wi)
 }
 
 /// MIS weight of a sample of the first of two techniques, by their densities [1/sr] at the same vertex.

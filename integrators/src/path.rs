@@ -47,7 +47,7 @@ impl Default for Path {
 /// Where the walk last scattered by a lobe that next-event estimation could also have used.
 #[derive(Clone, Copy)]
 struct Scattering {
-    p: Vec3,
+    at: SurfacePoint,
     /// Density of the direction taken [1/sr].
     pdf: f32,
 }
@@ -81,11 +81,15 @@ impl Estimator for Path {
         let mut missing = Vec::new();
         if needs.delta_emitters && !self.next_event {
             missing.push(
-                "L.*E from point emitters: walks cannot hit a point, and next-event estimation is off".to_owned(),
+                "L.*E from points, spots and directional emitters: no walk meets them, and next-event estimation is off"
+                    .to_owned(),
             );
         }
         if needs.delta_emitters && needs.delta_lobes {
-            missing.push("LS.*E from point emitters: no walk can hit a point behind a mirror or glass".to_owned());
+            missing.push(
+                "LS.*E from points, spots and directional emitters: no walk meets them behind a mirror or glass"
+                    .to_owned(),
+            );
         }
         missing
     }
@@ -144,7 +148,7 @@ impl<S: Sink> Walk<'_, S> {
         let weight = match self.last {
             None => 1.0,
             Some(last) => {
-                let pdf = pdf_next_event(self.scene, last.p, emitter, hit, -wo);
+                let pdf = pdf_next_event(self.scene, &last.at, emitter, hit, -wo);
                 fault!("emission_counted_twice", weight2(self.settings.mis, last.pdf, pdf), 1.0)
             }
         };
@@ -160,7 +164,7 @@ impl<S: Sink> Walk<'_, S> {
         let weight = match self.last {
             None => 1.0,
             Some(last) => {
-                let pdf = pdf_next_event_environment(self.scene, last.p, emitter, direction);
+                let pdf = pdf_next_event_environment(self.scene, &last.at, emitter, direction);
                 weight2(self.settings.mis, last.pdf, pdf)
             }
         };
@@ -213,7 +217,7 @@ impl<S: Sink> Walk<'_, S> {
         scratch.counters.bsdf_samples += 1;
         let (wi, weight, pdf) = entrance.sample(sampler.get_2d(Purpose::Direction))?;
         self.advance(Spectrum::splat(weight), sampler)?;
-        self.last = self.settings.next_event.then_some(Scattering { p: entrance.point.p, pdf });
+        self.last = self.settings.next_event.then_some(Scattering { at: entrance.point, pdf });
         Some(entrance.point.spawn(wi))
     }
 
@@ -229,7 +233,7 @@ impl<S: Sink> Walk<'_, S> {
         if !self.settings.next_event || !self.request.wants(self.order + 1) {
             return;
         }
-        let Some(event) = sample_next_event(self.scene, from.p, sampler) else { return };
+        let Some(event) = sample_next_event(self.scene, from, sampler) else { return };
         scratch.counters.connections += 1;
         let Scattered { f, cos, pdf } = scattered(event.wi);
         let value = self.beta * f * event.radiance * cos;
@@ -255,7 +259,7 @@ impl<S: Sink> Walk<'_, S> {
         let sample = hit.sample(wo, uc, u, TransportMode::Radiance)?;
         self.advance(sample.weight, sampler)?;
         let also_next_event = self.settings.next_event && !sample.lobe.is_delta();
-        self.last = also_next_event.then_some(Scattering { p: hit.point.p, pdf: sample.pdf });
+        self.last = also_next_event.then_some(Scattering { at: hit.point, pdf: sample.pdf });
         Some(hit.point.spawn(sample.wi))
     }
 

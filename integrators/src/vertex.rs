@@ -2,7 +2,7 @@
 
 use sampling::Vec3;
 use sampling::math::Spectrum;
-use scenes::{EmitterId, Endpoint, EndpointKind, Interaction, SurfacePoint};
+use scenes::{EmitterId, Endpoint, Interaction, SurfacePoint};
 
 /// What stands at a vertex.
 #[derive(Clone, Copy, Debug)]
@@ -41,7 +41,7 @@ impl PathVertex {
     /// Whether it stands on an emitter at no place.
     #[inline]
     pub fn is_infinite(&self) -> bool {
-        matches!(self.site, Site::Emitter(_, Endpoint { kind: EndpointKind::Infinite, .. }))
+        matches!(&self.site, Site::Emitter(_, endpoint) if endpoint.kind.is_infinite())
     }
 
     /// Whether a connection may end here: it scatters, emits or measures into more than single directions.

@@ -108,12 +108,27 @@ impl Piecewise1D {
     #[inline]
     pub fn sample(&self, u: f32) -> (f32, f32, usize) {
         let position = u * GRID as f32;
-        // The last piece that starts at or before the number: empty pieces are never it.
-        let piece = self.starts.partition_point(|&start| start <= position as u32) - 1;
+        let piece = self.piece_of(position as u32);
         let (start, count) = (self.starts[piece], self.starts[piece + 1] - self.starts[piece]);
         let inside = (position - start as f32) / count as f32;
         let x = (piece as f32 + inside) / self.pieces() as f32;
         (x.min(1.0_f32.next_down()), self.density_of(piece), piece)
+    }
+
+    /// A piece and a place within it, in (0, 1]: the middle of the part that a random number has of it, so that a piece which
+    /// few numbers choose is not sampled at its left end alone.
+    #[inline]
+    fn sample_piece(&self, u: f32) -> (usize, f32) {
+        let number = (u * GRID as f32) as u32;
+        let piece = self.piece_of(number);
+        let (start, count) = (self.starts[piece], self.starts[piece + 1] - self.starts[piece]);
+        (piece, ((number - start) as f32 + 0.5) / count as f32)
+    }
+
+    /// The last piece that starts at or before the number: empty pieces are never it.
+    #[inline]
+    fn piece_of(&self, number: u32) -> usize {
+        self.starts.partition_point(|&start| start <= number) - 1
     }
 
     /// The density at a point of [0, 1).
@@ -170,20 +185,40 @@ impl Piecewise2D {
         Ok(Self { rows: Piecewise1D::new(&sums)?, columns })
     }
 
-    /// A point of [0, 1)² and its density.
+    /// A point of [0, 1)², by the cell that it lies in, and its density.
     #[inline]
-    pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
-        let (y, pdf_y, row) = self.rows.sample(u.y);
-        let (x, pdf_x, _) = self.columns[row].as_ref().expect("a row of zeros is never sampled").sample(u.x);
-        (vec2(x, y), pdf_x * pdf_y)
+    pub fn sample(&self, u: Vec2) -> CellSample {
+        let (row, y) = self.rows.sample_piece(u.y);
+        let columns = self.columns[row].as_ref().expect("a row of zeros is never sampled");
+        let (column, x) = columns.sample_piece(u.x);
+        CellSample { column, row, within: vec2(x, y), pdf: columns.density_of(column) * self.rows.density_of(row) }
     }
 
-    /// The density at a point of [0, 1)².
+    /// The cell that a point of [0, 1]² lies in, its column and row.
     #[inline]
-    pub fn pdf(&self, p: Vec2) -> f32 {
+    pub fn cell_at(&self, p: Vec2) -> (usize, usize) {
         let row = self.rows.piece_at(p.y);
-        self.columns[row].as_ref().map_or(0.0, |columns| columns.pdf(p.x) * self.rows.density_of(row))
+        (self.columns[row].as_ref().map_or(0, |columns| columns.piece_at(p.x)), row)
     }
+
+    /// The density in a cell.
+    #[inline]
+    pub fn pdf(&self, column: usize, row: usize) -> f32 {
+        self.columns[row].as_ref().map_or(0.0, |columns| columns.density_of(column) * self.rows.density_of(row))
+    }
+}
+
+/// A sampled point of a [`Piecewise2D`].
+#[derive(Clone, Copy, Debug)]
+pub struct CellSample {
+    /// The column of its cell.
+    pub column: usize,
+    /// The row of its cell.
+    pub row: usize,
+    /// Where it lies within the cell, in (0, 1)².
+    pub within: Vec2,
+    /// Its density on the unit square.
+    pub pdf: f32,
 }
 
 #[cfg(test)]
@@ -243,20 +278,20 @@ mod tests {
         let side = 1024;
         for i in 0..side * side {
             let u = (vec2((i % side) as f32, (i / side) as f32) + 0.5) / side as f32;
-            let (p, pdf) = d.sample(u);
-            assert!(p.x < 1.0 && p.y < 1.0 && p.min_element() >= 0.0);
-            let cell = (p.y * height as f32) as usize * width + (p.x * width as f32) as usize;
-            assert!(weights[cell] > 0.0, "{p}");
-            assert!((pdf / d.pdf(p) - 1.0).abs() < 1e-6);
+            let CellSample { column, row, within, pdf } = d.sample(u);
+            assert!(within.max_element() <= 1.0 && within.min_element() > 0.0);
+            let p = (vec2(column as f32, row as f32) + 0.5) / vec2(width as f32, height as f32);
+            assert_eq!(d.cell_at(p), (column, row));
+            let cell = row * width + column;
+            assert!(weights[cell] > 0.0, "{column} {row}");
+            assert_eq!(pdf, d.pdf(column, row));
             // ∫ 1 dp over the cell, estimated by the samples in it, is its area.
             mass[cell] += 1.0 / (f64::from(pdf) * (side * side) as f64);
         }
         for (w, m) in weights.iter().zip(mass) {
             assert!(*w < 1e-6 || (m * 12.0 - 1.0).abs() < 0.02, "{w}: {m}");
         }
-        let integral: f64 = (0..12)
-            .map(|i| f64::from(d.pdf(vec2(((i % 3) as f32 + 0.5) / 3.0, ((i / 3) as f32 + 0.5) / 4.0))) / 12.0)
-            .sum();
+        let integral: f64 = (0..12).map(|i| f64::from(d.pdf(i % 3, i / 3)) / 12.0).sum();
         assert!((integral - 1.0).abs() < 1e-6, "{integral}");
     }
 }

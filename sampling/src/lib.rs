@@ -52,6 +52,9 @@
 //!   The American Statistician 37(3), 1983.
 //! - `[Christensen15]` P. H. Christensen, B. Burley: *Approximate reflectance profiles for efficient subsurface scattering*,
 //!   Pixar technical memo 15-04, 2015.
+//! - `[Clarberg08]` P. Clarberg: *Fast equal-area mapping of the (hemi)sphere using SIMD*, Journal of Graphics Tools 13(3), 2008.
+//! - `[Conty18]` A. Conty Estevez, C. Kulla: *Importance sampling of many lights with adaptive tree splitting*, Proceedings of the
+//!   ACM on Computer Graphics and Interactive Techniques 1(2), 2018.
 //! - `[Cook82]` R. L. Cook, K. E. Torrance: *A reflectance model for computer graphics*, ACM Transactions on Graphics 1(1),
 //!   1982.
 //! - `[Duff17]` T. Duff et al.: *Building an orthonormal basis, revisited*, JCGT 6(1), 2017.

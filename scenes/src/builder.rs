@@ -7,7 +7,7 @@ mod parts;
 mod varying;
 
 pub use crate::camera::CameraSettings;
-pub use crate::emitter::Emission;
+pub use crate::emitter::{ChoiceRule, Emission, EnvironmentImage, Falloff, Mapping, Spot};
 pub use crate::shape::{MeshData, ShapeId};
 
 use crate::error::SceneError;
@@ -29,7 +29,10 @@ pub struct SceneBuilder {
     material_names: Vec<MaterialName>,
     shapes: Vec<Shape>,
     points: Vec<(DVec3, Spectrum)>,
-    environments: Vec<Spectrum>,
+    spots: Vec<Spot>,
+    directionals: Vec<(DVec3, Spectrum)>,
+    environments: Vec<Environment>,
+    choice_rule: Option<ChoiceRule>,
     camera: Option<CameraSettings>,
     notes: Vec<String>,
 }
@@ -42,6 +45,15 @@ struct Shape {
     transform: DAffine3,
     flipped: bool,
     emission: Option<Emission>,
+}
+
+/// What rays meet which meet nothing else.
+#[derive(Clone, Debug)]
+enum Environment {
+    /// The same radiance from everywhere.
+    Constant(Spectrum),
+    /// An image.
+    Image(EnvironmentImage),
 }
 
 /// What messages call a material.
@@ -78,7 +90,10 @@ impl SceneBuilder {
             material_names: Vec::new(),
             shapes: Vec::new(),
             points: Vec::new(),
+            spots: Vec::new(),
+            directionals: Vec::new(),
             environments: Vec::new(),
+            choice_rule: None,
             camera: None,
             notes: Vec::new(),
         }
@@ -142,7 +157,27 @@ impl SceneBuilder {
 
     /// Lets light of this radiance \[W/(m²·sr)\] arrive from all directions.
     pub fn environment(&mut self, radiance: Spectrum) {
-        self.environments.push(radiance);
+        self.environments.push(Environment::Constant(radiance));
+    }
+
+    /// Lets the light of an image arrive from all directions.
+    pub fn environment_image(&mut self, image: EnvironmentImage) {
+        self.environments.push(Environment::Image(image));
+    }
+
+    /// Adds a spot.
+    pub fn spot(&mut self, spot: Spot) {
+        self.spots.push(spot);
+    }
+
+    /// Adds light that flies in a direction, of this irradiance across it \[W/m²\].
+    pub fn directional_emitter(&mut self, direction: DVec3, irradiance: Spectrum) {
+        self.directionals.push((direction, irradiance));
+    }
+
+    /// Says how next-event estimation chooses among emitters, which otherwise depends on how many there are.
+    pub fn emitter_choice(&mut self, rule: ChoiceRule) {
+        self.choice_rule = Some(rule);
     }
 
     /// Places the camera.

@@ -52,7 +52,9 @@ mod surface;
 mod test_support;
 pub mod texture;
 
-pub use builder::{CameraSettings, Emission, MeshData, SceneBuilder, ShapeId};
+pub use builder::{
+    CameraSettings, ChoiceRule, Emission, EnvironmentImage, Falloff, Mapping, MeshData, SceneBuilder, ShapeId, Spot,
+};
 pub use camera::{Camera, WeSample, WiSample};
 pub use emitter::{Emitter, EmitterId, Endpoint, EndpointKind, LeSample, LiSample};
 pub use error::SceneError;

@@ -21,7 +21,7 @@ pub enum Skip {
 pub struct Needs {
     /// What was left out when the scene was built.
     pub skip: Skip,
-    /// Light arrives from infinity.
+    /// Light arrives from infinity out of all directions.
     pub environment: bool,
     /// Some material or emission varies over its surface.
     pub textures: bool,
@@ -43,7 +43,7 @@ pub struct Needs {
     pub emitter_choice: bool,
     /// Some emitter can be met by a ray: an area emitter or the environment.
     pub hittable_emitters: bool,
-    /// Some emitter is a point, so that no ray meets it.
+    /// Some emitter is a point, a spot or a direction, so that no ray meets it.
     pub delta_emitters: bool,
     /// So few primitives that a list is searched instead of a tree.
     pub few_primitives: bool,

@@ -5,15 +5,17 @@ mod shading;
 
 use crate::accel::Accel;
 use crate::camera::Camera;
-use crate::emitter::{Emitter, EmitterChoice, EmitterId, Endpoint, EndpointKind, LeSample, LiSample};
+use crate::emitter::{
+    ChoiceRule, Emitter, EmitterChoice, EmitterId, Endpoint, EndpointKind, LeSample, LiSample, NextEventChoice,
+};
 use crate::interaction::Interaction;
 use crate::material::Material;
 use crate::needs::Needs;
 use crate::ray::{Ray, SurfacePoint};
 use crate::surface::{Attributes, SphereInfo, Surface, TriangleInfo};
 use glam::DVec3;
-use sampling::math::Spectrum;
-use sampling::{Vec2, Vec3};
+use sampling::math::{Frame, Spectrum};
+use sampling::{Vec2, Vec3, warp};
 
 /// A scene. It is made by a [`SceneBuilder`](crate::builder::SceneBuilder) and does not change, but for its camera.
 #[derive(Clone, Debug)]
@@ -30,6 +32,8 @@ pub struct Scene {
     pub emitters: Vec<Emitter>,
     /// The emitter that rays meet which meet nothing else.
     pub environment: Option<EmitterId>,
+    /// How next-event estimation chooses among emitters.
+    pub choice_rule: ChoiceRule,
     /// What was approximated or left out when it was loaded.
     pub notes: Vec<String>,
     /// A hash of all that its images depend on: geometry, materials, emitters, camera as built.
@@ -46,6 +50,7 @@ pub struct Scene {
     pub(crate) attributes: Vec<Attributes>,
     pub(crate) materials: Vec<Material>,
     pub(crate) choice: EmitterChoice,
+    pub(crate) next_event_choice: NextEventChoice,
 }
 
 /// A sphere around all surfaces of a scene.
@@ -55,6 +60,33 @@ pub struct BoundingSphere {
     pub center: Vec3,
     /// Radius \[m\]; 1 for a scene without surfaces.
     pub radius: f32,
+}
+
+impl BoundingSphere {
+    /// Where it ends in direction `d` (unit): what stands for light that arrives from there.
+    #[inline]
+    pub(crate) fn far_point(&self, d: Vec3) -> SurfacePoint {
+        SurfacePoint { p: self.center + d * self.radius, ng: -d, p_error: 0.0 }
+    }
+
+    /// A ray that flies in from direction `d` (unit), uniform over the disc across the sphere, which meets all of the scene.
+    #[inline]
+    pub(crate) fn ray_in(&self, d: Vec3, u: Vec2) -> Ray {
+        let frame = Frame::from_z(d);
+        let disc = warp::uniform_disk(u);
+        Ray::new(self.far_point(d).p + (frame.x * disc.x + frame.y * disc.y) * self.radius, -d)
+    }
+
+    /// Area of the disc across it \[m²\].
+    pub(crate) fn disc_area(&self) -> f64 {
+        std::f64::consts::PI * f64::from(self.radius) * f64::from(self.radius)
+    }
+
+    /// The density of [`BoundingSphere::ray_in`]'s position \[1/m²\].
+    #[inline]
+    pub(crate) fn disc_pdf_area(&self) -> f32 {
+        1.0 / (std::f32::consts::PI * self.radius * self.radius)
+    }
 }
 
 /// How many of each thing a scene holds.
@@ -118,21 +150,21 @@ impl Scene {
     pub fn le_at(&self, id: EmitterId, endpoint: &Endpoint, w: Vec3) -> Spectrum {
         match self.emitter(id) {
             Emitter::Area(area) => area.le(&endpoint.at, w),
-            Emitter::Point(_) | Emitter::Environment(_) => Spectrum::ZERO,
+            _ => Spectrum::ZERO,
         }
     }
 
     /// Radiance arriving from infinity out of direction `d` (unit, away from the scene).
     #[inline]
     pub fn environment_le(&self, d: Vec3) -> Spectrum {
-        let _ = d;
         match self.environment.map(|id| self.emitter(id)) {
             Some(Emitter::Environment(environment)) => environment.radiance,
+            Some(Emitter::Image(image)) => image.le(d),
             _ => Spectrum::ZERO,
         }
     }
 
-    /// An emitter in proportion to its power, and the probability of choosing it; None if nothing emits.
+    /// An emitter for a light walk, in proportion to its power, and the probability of choosing it; None if nothing emits.
     #[inline]
     pub fn choose_emitter(&self, uc: f32) -> Option<(EmitterId, f32)> {
         self.choice.sample(uc)
@@ -144,6 +176,19 @@ impl Scene {
         self.choice.pmf(id)
     }
 
+    /// An emitter for a point to be lit by, as [`Scene::choice_rule`] says, and the probability of choosing it; None if none was
+    /// found that can light it.
+    #[inline]
+    pub fn choose_emitter_for(&self, at: &SurfacePoint, uc: f32) -> Option<(EmitterId, f32)> {
+        self.next_event_choice.sample(&self.choice, at, uc)
+    }
+
+    /// The probability that [`Scene::choose_emitter_for`] chooses this emitter for that point.
+    #[inline]
+    pub fn emitter_pmf_for(&self, id: EmitterId, at: &SurfacePoint) -> f32 {
+        self.next_event_choice.pmf(&self.choice, at, id)
+    }
+
     /// An endpoint on an emitter for the point `p_ref` to be lit by; None if the sampled one cannot light it.
     #[inline]
     pub fn sample_li(&self, id: EmitterId, p_ref: Vec3, u: Vec2) -> Option<LiSample> {
@@ -151,17 +196,21 @@ impl Scene {
             Emitter::Area(area) => area.sample_li(p_ref, u),
             Emitter::Point(point) => point.sample_li(p_ref),
             Emitter::Environment(environment) => Some(environment.sample_li(u)),
+            Emitter::Image(image) => Some(image.sample_li(u)),
+            Emitter::Spot(spot) => spot.sample_li(p_ref),
+            Emitter::Directional(directional) => Some(directional.sample_li()),
         }
     }
 
     /// The density \[1/sr\] with which [`Scene::sample_li`] finds an endpoint in direction `wi`, given the emitter;
-    /// 0 for a point emitter, which no other technique finds.
+    /// 0 for emitters that no other technique finds.
     #[inline]
     pub fn pdf_li(&self, id: EmitterId, p_ref: Vec3, at: &Endpoint, wi: Vec3) -> f32 {
         match self.emitter(id) {
             Emitter::Area(area) => area.pdf_li(p_ref, &at.at, wi),
-            Emitter::Point(_) => 0.0,
-            Emitter::Environment(_) => sampling::warp::uniform_sphere_pdf(),
+            Emitter::Point(_) | Emitter::Spot(_) | Emitter::Directional(_) => 0.0,
+            Emitter::Environment(_) => warp::uniform_sphere_pdf(),
+            Emitter::Image(image) => image.pdf(wi),
         }
     }
 
@@ -172,6 +221,9 @@ impl Scene {
             Emitter::Area(area) => area.sample_le(u_p, u_d),
             Emitter::Point(point) => Some(point.sample_le(u_d)),
             Emitter::Environment(environment) => Some(environment.sample_le(u_p, u_d)),
+            Emitter::Image(image) => Some(image.sample_le(u_p, u_d)),
+            Emitter::Spot(spot) => Some(spot.sample_le(u_d)),
+            Emitter::Directional(directional) => Some(directional.sample_le(u_p)),
         }
     }
 
@@ -181,8 +233,11 @@ impl Scene {
     pub fn pdf_le(&self, id: EmitterId, at: &Endpoint, d: Vec3) -> (f32, f32) {
         match self.emitter(id) {
             Emitter::Area(area) => area.pdf_le(&at.at, d),
-            Emitter::Point(_) => (1.0, sampling::warp::uniform_sphere_pdf()),
+            Emitter::Point(_) => (1.0, warp::uniform_sphere_pdf()),
             Emitter::Environment(environment) => environment.pdf_le(),
+            Emitter::Image(image) => image.pdf_le(d),
+            Emitter::Spot(spot) => (1.0, spot.pdf_le(d)),
+            Emitter::Directional(directional) => directional.pdf_le(),
         }
     }
 
@@ -195,8 +250,7 @@ impl Scene {
     /// The light end of a path that leaves the scene in direction `d` (unit).
     #[inline]
     pub fn environment_endpoint(&self, d: Vec3) -> Endpoint {
-        let at = SurfacePoint { p: self.bounds.center + d * self.bounds.radius, ng: -d, p_error: 0.0 };
-        Endpoint { at, kind: EndpointKind::Infinite }
+        Endpoint { at: self.bounds.far_point(d), kind: EndpointKind::Infinite }
     }
 
     #[inline]

@@ -3,10 +3,13 @@
 use super::check::similarity_scale;
 use super::hash::hash;
 use super::parts::Parts;
-use super::{SceneBuilder, Shape};
+use super::{Environment, SceneBuilder, Shape};
 use crate::accel::Accel;
 use crate::camera::Camera;
-use crate::emitter::{ConstantEnvironment, Emitter, EmitterChoice, EmitterId, PointEmitter};
+use crate::emitter::{
+    ChoiceRule, ConstantEnvironment, DirectionalEmitter, Emitter, EmitterChoice, EmitterId, ImageEnvironment,
+    NextEventChoice, PointEmitter, SpotEmitter,
+};
 use crate::error::SceneError;
 use crate::material::Material;
 use crate::needs::Skip;
@@ -15,6 +18,7 @@ use crate::shape::Geometry;
 use glam::DVec3;
 use rayon::prelude::*;
 use sampling::bsdf::Bsdf;
+use std::sync::Arc;
 
 pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, SceneError> {
     let shift = recentring(&builder.shapes);
@@ -34,11 +38,18 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
     for (position, intensity) in builder.points {
         parts.emitters.push(Emitter::Point(PointEmitter { position: (position - shift).as_vec3(), intensity }));
     }
-    let environment = builder.environments.first().map(|&radiance| {
-        let BoundingSphere { center, radius } = bounds;
-        parts.emitters.push(Emitter::Environment(ConstantEnvironment { radiance, center, radius }));
-        EmitterId((parts.emitters.len() - 1) as u32)
-    });
+    parts.emitters.extend(builder.spots.iter().map(|spot| Emitter::Spot(SpotEmitter::new(spot, shift))));
+    parts.emitters.extend(builder.directionals.iter().map(|&(direction, irradiance)| {
+        let direction = direction.normalize().as_vec3();
+        Emitter::Directional(DirectionalEmitter { direction, irradiance, bounds })
+    }));
+    let environment = match builder.environments.first() {
+        None => None,
+        Some(environment) => {
+            parts.emitters.push(surrounding(environment, bounds)?);
+            Some(EmitterId((parts.emitters.len() - 1) as u32))
+        }
+    };
     if parts.degenerate > 0 {
         builder.notes.push(format!("{} triangles without area were left out", parts.degenerate));
     }
@@ -47,7 +58,8 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
     }
     // Skips change no image, so the hash is taken of what was given.
     let given = materials(&builder.materials, shift, Skip::Unneeded);
-    let hash = hash(&parts.content(&given, environment, &camera));
+    let choice_rule = builder.choice_rule.unwrap_or_else(|| ChoiceRule::for_emitters(&parts.emitters));
+    let hash = hash(&parts.content(&given, environment, &camera), choice_rule);
     let (needs, facts) = (parts.needs(skip), parts.needs(Skip::Unneeded));
     let accel = Accel::build(&parts.triangles, parts.spheres, camera.position(), skip);
     Ok(Scene {
@@ -56,6 +68,8 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
         needs,
         facts,
         choice: EmitterChoice::new(&parts.emitters, skip)?,
+        next_event_choice: NextEventChoice::new(choice_rule, &parts.emitters)?,
+        choice_rule,
         emitters: parts.emitters,
         environment,
         notes: builder.notes,
@@ -69,6 +83,24 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
         attributes: parts.attributes,
         materials: parts.materials,
     })
+}
+
+fn surrounding(environment: &Environment, bounds: BoundingSphere) -> Result<Emitter, SceneError> {
+    match environment {
+        &Environment::Constant(radiance) => {
+            let BoundingSphere { center, radius } = bounds;
+            Ok(Emitter::Environment(ConstantEnvironment { radiance, center, radius }))
+        }
+        Environment::Image(image) => {
+            let image = ImageEnvironment::new(image, bounds).map_err(|error| {
+                SceneError::invalid(
+                    format!("the environment's image cannot be sampled: {error}"),
+                    "use a smaller image",
+                )
+            })?;
+            Ok(Emitter::Image(Arc::new(image)))
+        }
+    }
 }
 
 /// Where to move the origin: nowhere, unless the scene is farther from it than it is large, so that digits would be lost.

@@ -1,13 +1,15 @@
 //! What can be said to be wrong with a scene before anything is computed.
 
-use super::{SceneBuilder, Shape};
+use super::{Environment, SceneBuilder, Shape};
+use crate::emitter::Spot;
 use crate::error::SceneError;
 use crate::material::Material;
 use crate::shape::Geometry;
 use crate::texture::Texture;
-use glam::DMat3;
+use glam::{DMat3, DVec3};
 use sampling::bsdf::{Bsdf, Domain};
 use sampling::math::Spectrum;
+use std::f64::consts::PI;
 
 /// How far an albedo may exceed 1, for what rounding makes of exact numbers.
 const ALBEDO_SLACK: f32 = 1e-6;
@@ -35,14 +37,41 @@ pub(super) fn check(builder: &SceneBuilder) -> Result<(), SceneError> {
     for (index, shape) in builder.shapes.iter().enumerate() {
         check_shape(shape, &shape.name(index), builder.materials.len())?;
     }
+    check_emitters(builder)
+}
+
+/// Those that are not surfaces.
+fn check_emitters(builder: &SceneBuilder) -> Result<(), SceneError> {
     for (position, intensity) in &builder.points {
         check_light(*intensity, "a point emitter's intensity")?;
         if !position.is_finite() {
             return Err(not_finite("a point emitter's position"));
         }
     }
-    for radiance in &builder.environments {
-        check_light(*radiance, "the environment's radiance")?;
+    for spot in &builder.spots {
+        check_light(spot.intensity, "a spot's intensity")?;
+        check_direction(spot.target - spot.position, "a spot's direction, from its position to its target,")?;
+        let Spot { cutoff, beam, .. } = *spot;
+        if !(cutoff as f32 > 0.0 && cutoff <= PI && (0.0..=cutoff).contains(&beam)) {
+            return Err(SceneError::invalid(
+                format!("a spot has a cutoff of {cutoff} and a beam of {beam} radians"),
+                "give a cutoff above 0 and at most π, and a beam between 0 and the cutoff",
+            ));
+        }
+    }
+    for (direction, irradiance) in &builder.directionals {
+        check_light(*irradiance, "a directional emitter's irradiance")?;
+        check_direction(*direction, "a directional emitter's direction")?;
+    }
+    for environment in &builder.environments {
+        match environment {
+            Environment::Constant(radiance) => check_light(*radiance, "the environment's radiance")?,
+            Environment::Image(image) => {
+                if let Some((message, mend)) = image.fault() {
+                    return Err(SceneError::invalid(format!("the environment: {message}"), mend));
+                }
+            }
+        }
     }
     if builder.environments.len() > 1 {
         return Err(SceneError::invalid(
@@ -150,6 +179,13 @@ pub(super) fn check_light(value: Spectrum, name: &str) -> Result<(), SceneError>
 
 fn bad_texture(name: &str, fault: &str) -> SceneError {
     SceneError::invalid(format!("{name} {fault}"), "give finite numbers, and sizes above 0")
+}
+
+fn check_direction(direction: DVec3, name: &str) -> Result<(), SceneError> {
+    if direction.try_normalize().is_some() {
+        return Ok(());
+    }
+    Err(SceneError::invalid(format!("{name} is {direction}"), "give finite numbers that are not all zero"))
 }
 
 fn not_finite(name: &str) -> SceneError {

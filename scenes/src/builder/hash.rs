@@ -1,7 +1,7 @@
 //! The hash by which results know their scene.
 
 use crate::camera::Camera;
-use crate::emitter::{Emitter, EmitterId};
+use crate::emitter::{ChoiceRule, Emitter, EmitterId};
 use crate::material::Material;
 use crate::shape::{Sphere, Triangle};
 use crate::surface::{Attributes, SphereInfo, Surface, TriangleInfo};
@@ -21,8 +21,8 @@ pub(super) struct Content<'a> {
     pub camera: &'a Camera,
 }
 
-/// The BLAKE3 hash of a scene's content, in hexadecimal digits. Floats count by their bits.
-pub(super) fn hash(content: &Content) -> String {
+/// The BLAKE3 hash of a scene's content and of how its emitters are chosen, in hexadecimal digits. Floats count by their bits.
+pub(super) fn hash(content: &Content, choice_rule: ChoiceRule) -> String {
     let mut hasher = Writer { hasher: blake3::Hasher::new(), buffer: Vec::with_capacity(BUFFER) };
     hasher.section("triangles", content.triangles.len());
     for triangle in content.triangles {
@@ -58,6 +58,9 @@ pub(super) fn hash(content: &Content) -> String {
     let mut camera = *content.camera;
     camera.set_size(1, 1);
     hasher.listing("camera", &[camera]);
+    if choice_rule != ChoiceRule::Power {
+        hasher.listing("emitter choice", &[choice_rule]);
+    }
     hasher.finish()
 }
 

@@ -239,7 +239,7 @@ impl Parts {
         let primitives = self.triangles.len() + self.spheres.len();
         Needs {
             skip,
-            environment: everything || self.emitters.iter().any(|e| matches!(e, Emitter::Environment(_))),
+            environment: everything || self.emitters.iter().any(Emitter::is_environment),
             tangents: everything || used().any(Material::needs_derivatives),
             masks: everything || used().any(Material::is_masked),
             textures: everything || used().any(Material::is_textured) || self.emitters.iter().any(textured),

@@ -19,14 +19,16 @@
 //! radius = 1
 //! material = "white"
 //! [[emitters]]
-//! type = "constant"       # constant, point
+//! type = "constant"       # constant, environment, point, spot, directional
 //! radiance = 1
 //! ```
 //!
-//! Materials and shapes are described key by key where they are read, in `materials.rs` and `shapes.rs`; the keys of a
+//! `emitter_choice`, at the top, says how next-event estimation chooses among emitters: one of
+//! [`ChoiceRule::NAMES`](crate::ChoiceRule::NAMES). Materials, shapes and emitters are described key by key where they are read, in `materials.rs`, `shapes.rs` and `emitters.rs`; the keys of a
 //! material are the parameters of its model, [`ModelEntry::parameters`](sampling::bsdf::ModelEntry::parameters). An unknown key,
 //! name or type is an error with the nearest valid one; every error names the file, the line and the mend.
 
+mod emitters;
 mod materials;
 mod reader;
 mod shapes;
@@ -69,15 +71,14 @@ pub fn read(text: &str, origin: Origin, size: Option<(u32, u32)>) -> Result<Scen
     let source = Source { file: origin.file, text };
     let document = source.parse()?;
     let root = Table::root(source, &document);
-    root.allow_only(&["title", "description", "camera", "materials", "shapes", "emitters"])?;
+    root.allow_only(&["title", "description", "camera", "materials", "shapes", "emitters", "emitter_choice"])?;
     for key in ["title", "description"] {
         root.get(key).map(|value| value.text()).transpose()?;
     }
     let mut builder = SceneBuilder::new(origin.scene);
     let materials = materials::read(&root, origin.folder, &mut builder)?;
     shapes::read(&root, &materials, origin.folder, &mut builder)?;
-    let emitters = tables(&root, "emitters")?;
-    read_emitters(&emitters, &mut builder)?;
+    emitters::read(&root, origin.folder, &mut builder)?;
     let camera = root
         .get("camera")
         .ok_or_else(|| root.error("the scene has no camera", "add a table `[camera]` with `position` and `target`"))?;
@@ -178,41 +179,4 @@ pub(crate) fn check_size(width: u32, height: u32) -> Result<(), SceneError> {
         return Err(SceneError::invalid(format!("the image size {width}x{height} is too large"), mend));
     }
     Ok(())
-}
-
-/// `[[emitters]]`: those that are not surfaces. `point` has `position` \[m\] and `intensity` \[W/sr\]; `constant` is an
-/// environment of one `radiance` \[W/(m²·sr)\] from everywhere.
-fn read_emitters(tables: &[Table], builder: &mut SceneBuilder) -> Result<(), SceneError> {
-    let mut environments = 0;
-    for table in tables {
-        match kind(table, &["point", "constant"])? {
-            "point" => {
-                table.allow_only(&["type", "position", "intensity"])?;
-                let position = table.need("position", "[0, 1, 0]")?.vec3()?;
-                let intensity = emitted(&table.need("intensity", "[1, 1, 1]")?)?;
-                builder.point_emitter(position, intensity);
-            }
-            _ => {
-                table.allow_only(&["type", "radiance"])?;
-                let radiance = emitted(&table.need("radiance", "[1, 1, 1]")?)?;
-                environments += 1;
-                if environments > 1 {
-                    return Err(
-                        table.error("there are two emitters of type `constant`", "keep one: add up their radiances")
-                    );
-                }
-                builder.environment(radiance);
-            }
-        }
-    }
-    Ok(())
-}
-
-/// What an emitter emits: not negative, and not all zero.
-fn emitted(value: &Value) -> Result<sampling::math::Spectrum, SceneError> {
-    let colour = value.colour_in(0.0..=f32::MAX, "light cannot be negative; give 0 or more in every channel")?;
-    if colour.is_zero() {
-        return Err(value.error("an emitter must emit; give a channel above 0, or leave the emitter out"));
-    }
-    Ok(colour)
 }

@@ -81,7 +81,13 @@ impl<'f> Textures<'f> {
         Ok(Texture::Image(ImageTexture { image, wrap, map: uv_map(table)?, channel, scale }))
     }
 
-    fn file(&self, value: &Value, declared: Option<Encoding>, otherwise: Encoding) -> Result<Arc<Image>, SceneError> {
+    /// The image of a file; its values are decoded as `declared`, and those of images of bytes as `otherwise` without that.
+    pub fn file(
+        &self,
+        value: &Value,
+        declared: Option<Encoding>,
+        otherwise: Encoding,
+    ) -> Result<Arc<Image>, SceneError> {
         let Some(folder) = self.folder else { return Err(value.error("a built-in scene cannot name files")) };
         let path = folder.join(value.text()?);
         let key = (path, declared, otherwise);
@@ -174,7 +180,7 @@ fn uv_map(table: &Table) -> Result<UvMap, SceneError> {
 }
 
 /// The place of a word in `names`.
-fn choice(table: &Table, key: &str, names: &[&str]) -> Result<Option<usize>, SceneError> {
+pub(super) fn choice(table: &Table, key: &str, names: &[&str]) -> Result<Option<usize>, SceneError> {
     let Some(value) = table.get(key) else { return Ok(None) };
     let word = value.text()?;
     let place = names.iter().position(|name| *name == word);

@@ -1,8 +1,10 @@
-//! Which emitter to sample: in proportion to power.
+//! Which emitter to sample: for light walks in proportion to power, for a point to be lit as the scene's rule says.
 
+use super::tree::EmitterTree;
 use super::{Emitter, EmitterId};
 use crate::error::SceneError;
 use crate::needs::Skip;
+use crate::ray::SurfacePoint;
 use sampling::alias::AliasTable;
 use sampling::fault;
 
@@ -56,5 +58,141 @@ impl EmitterChoice {
             EmitterChoice::One(one) => f32::from(u8::from(*one == id)),
             EmitterChoice::Table(table) => fault!("power_weights_wrong", table.pmf(id.0 as usize), 0.5),
         }
+    }
+}
+
+/// How next-event estimation chooses among emitters. None of them changes a mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ChoiceRule {
+    /// In proportion to power.
+    #[default]
+    Power,
+    /// All that have power alike.
+    Uniform,
+    /// By a tree of emitters, in proportion to the light that they may bring to the point.
+    Tree,
+}
+
+impl ChoiceRule {
+    /// The names by which it is chosen.
+    pub const NAMES: [&str; 3] = ["power", "uniform", "tree"];
+    /// All of them, in the order of their names.
+    pub const ALL: [Self; 3] = [Self::Power, Self::Uniform, Self::Tree];
+    /// Up to so many emitters of some power, a tree is not worth its steps.
+    const FEW: usize = 8;
+
+    /// The rule for a scene that does not say: by power where there are few emitters, else by a tree.
+    pub(crate) fn for_emitters(emitters: &[Emitter]) -> Self {
+        let bright = emitters.iter().filter(|emitter| emitter.power() > 0.0).count();
+        if bright > Self::FEW { Self::Tree } else { Self::Power }
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+}
+
+/// The choice among emitters for a point to be lit.
+#[derive(Clone, Debug)]
+pub(crate) enum NextEventChoice {
+    /// As for light walks.
+    Power,
+    /// All alike.
+    Uniform(EmitterChoice),
+    /// By a tree.
+    Tree(TreeChoice),
+}
+
+/// A tree for the emitters that are somewhere, beside those that lie infinitely far, each of which is as likely as the whole tree.
+///
+/// A part of the choices is by power whatever the tree says, so that no emitter which lights the point in a way that the tree
+/// doesn't know of is starved: variance is at most 1 / `BY_POWER` times that of a choice by power.
+#[derive(Clone, Debug)]
+pub(crate) struct TreeChoice {
+    tree: EmitterTree,
+    distant: Vec<EmitterId>,
+}
+
+/// The part of a tree's choices that are by power.
+const BY_POWER: f32 = 0.125;
+
+impl NextEventChoice {
+    /// The choice among these emitters.
+    ///
+    /// # Errors
+    /// If there are too many of them for a table.
+    pub fn new(rule: ChoiceRule, emitters: &[Emitter]) -> Result<Self, SceneError> {
+        let bright: Vec<bool> = emitters.iter().map(|emitter| emitter.power() > 0.0).collect();
+        Ok(match rule {
+            _ if !bright.contains(&true) => NextEventChoice::Power,
+            ChoiceRule::Power => NextEventChoice::Power,
+            ChoiceRule::Uniform => {
+                let weights: Vec<f64> = bright.iter().map(|&bright| f64::from(u8::from(bright))).collect();
+                let table = AliasTable::new(&weights).map_err(|error| {
+                    let message = format!("there is no choosing among its {} emitters: {error}", emitters.len());
+                    SceneError::invalid(message, "use fewer emitters")
+                })?;
+                NextEventChoice::Uniform(EmitterChoice::Table(table))
+            }
+            ChoiceRule::Tree => {
+                let is_distant = |index: &usize| {
+                    let emitter = &emitters[*index];
+                    bright[*index] && (emitter.is_environment() || matches!(emitter, Emitter::Directional(_)))
+                };
+                let distant = (0..emitters.len()).filter(is_distant).map(|index| EmitterId(index as u32)).collect();
+                NextEventChoice::Tree(TreeChoice { tree: EmitterTree::new(emitters), distant })
+            }
+        })
+    }
+
+    /// An emitter for a point to be lit by, and the probability of choosing it; None if none can light it.
+    #[inline]
+    pub fn sample(&self, by_power: &EmitterChoice, at: &SurfacePoint, uc: f32) -> Option<(EmitterId, f32)> {
+        match self {
+            NextEventChoice::Power => by_power.sample(uc),
+            NextEventChoice::Uniform(table) => table.sample(uc),
+            NextEventChoice::Tree(tree) => tree.sample(by_power, at, uc),
+        }
+    }
+
+    /// The probability of choosing an emitter for a point.
+    #[inline]
+    pub fn pmf(&self, by_power: &EmitterChoice, at: &SurfacePoint, id: EmitterId) -> f32 {
+        match self {
+            NextEventChoice::Power => by_power.pmf(id),
+            NextEventChoice::Uniform(table) => table.pmf(id),
+            NextEventChoice::Tree(tree) => tree.pmf(by_power, at, id),
+        }
+    }
+}
+
+impl TreeChoice {
+    /// The probability of each emitter that lies infinitely far, and of the tree if there is one.
+    #[inline]
+    fn share(&self) -> f32 {
+        let slots = self.distant.len() + usize::from(!self.tree.is_empty());
+        (1.0 - BY_POWER) / slots as f32
+    }
+
+    fn sample(&self, by_power: &EmitterChoice, at: &SurfacePoint, uc: f32) -> Option<(EmitterId, f32)> {
+        if uc < BY_POWER {
+            let (id, _) = by_power.sample(uc / BY_POWER)?;
+            return Some((id, self.pmf(by_power, at, id)));
+        }
+        let share = self.share();
+        let (slot, rest) = (((uc - BY_POWER) / share) as usize, ((uc - BY_POWER) / share).fract());
+        let (id, pmf) = match self.distant.get(slot) {
+            Some(id) => (*id, 1.0),
+            // Rounding may lead one slot too far.
+            None if self.tree.is_empty() => (*self.distant.last()?, 1.0),
+            None => self.tree.sample(at, rest)?,
+        };
+        Some((id, BY_POWER * by_power.pmf(id) + share * pmf))
+    }
+
+    fn pmf(&self, by_power: &EmitterChoice, at: &SurfacePoint, id: EmitterId) -> f32 {
+        let within = if self.distant.contains(&id) { 1.0 } else { self.tree.pmf(at, id) };
+        BY_POWER * by_power.pmf(id) + self.share() * within
     }
 }

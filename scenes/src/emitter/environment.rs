@@ -1,9 +1,9 @@
 //! The constant environment.
 
 use super::{Endpoint, EndpointKind, LeSample, LiSample};
-use crate::ray::{Ray, SurfacePoint};
+use crate::scene::BoundingSphere;
 use sampling::fault;
-use sampling::math::{Frame, Spectrum};
+use sampling::math::Spectrum;
 use sampling::{Vec2, Vec3, warp};
 use std::f32::consts::PI;
 
@@ -27,11 +27,15 @@ impl ConstantEnvironment {
         4.0 * f64::from(PI) * disc * f64::from(self.radiance.mean())
     }
 
+    #[inline]
+    fn bounds(&self) -> BoundingSphere {
+        BoundingSphere { center: self.center, radius: self.radius }
+    }
+
     /// The light end of paths that arrive from direction `d` (unit, pointing out of the scene).
     #[inline]
     pub fn endpoint(&self, d: Vec3) -> Endpoint {
-        let at = SurfacePoint { p: self.center + d * self.radius, ng: -d, p_error: 0.0 };
-        Endpoint { at, kind: EndpointKind::Infinite }
+        Endpoint { at: self.bounds().far_point(d), kind: EndpointKind::Infinite }
     }
 
     /// A direction uniform over the sphere.
@@ -52,17 +56,20 @@ impl ConstantEnvironment {
     #[inline]
     pub fn sample_le(&self, u_p: Vec2, u_d: Vec2) -> LeSample {
         let outwards = warp::uniform_sphere(u_p);
-        let endpoint = self.endpoint(outwards);
-        let frame = Frame::from_z(outwards);
-        let disc = warp::uniform_disk(u_d);
-        let o = endpoint.at.p + (frame.x * disc.x + frame.y * disc.y) * self.radius;
         let (pdf_p, pdf_d) = self.pdf_le();
-        LeSample { endpoint, ray: Ray::new(o, -outwards), le: self.radiance, pdf_p, pdf_d, cos: 1.0 }
+        LeSample {
+            endpoint: self.endpoint(outwards),
+            ray: self.bounds().ray_in(outwards, u_d),
+            le: self.radiance,
+            pdf_p,
+            pdf_d,
+            cos: 1.0,
+        }
     }
 
     /// The densities of a light walk: of its direction \[1/sr\] and of its position on the disc \[1/m²\].
     #[inline]
     pub fn pdf_le(&self) -> (f32, f32) {
-        (warp::uniform_sphere_pdf(), 1.0 / (PI * self.radius * self.radius))
+        (warp::uniform_sphere_pdf(), self.bounds().disc_pdf_area())
     }
 }

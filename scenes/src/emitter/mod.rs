@@ -4,18 +4,30 @@
 //! per solid angle there); light walks sample it by itself, position and direction apart (`sample_le`, two densities).
 
 mod area;
+mod bounds;
 mod choice;
+mod directional;
 mod environment;
+mod image;
+mod mapping;
 mod point;
+mod spot;
+mod tree;
 
 pub use area::{AreaEmitter, AreaShape, Emission};
-pub(crate) use choice::EmitterChoice;
+pub use choice::ChoiceRule;
+pub(crate) use choice::{EmitterChoice, NextEventChoice};
+pub use directional::DirectionalEmitter;
 pub use environment::ConstantEnvironment;
+pub use image::{EnvironmentImage, ImageEnvironment};
+pub use mapping::Mapping;
 pub use point::PointEmitter;
+pub use spot::{Falloff, Spot, SpotEmitter};
 
 use crate::ray::{Ray, SurfacePoint};
 use sampling::Vec3;
 use sampling::math::Spectrum;
+use std::sync::Arc;
 
 /// Names an emitter of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -30,6 +42,12 @@ pub enum Emitter {
     Point(PointEmitter),
     /// Light arriving evenly from all directions of an infinitely distant sphere.
     Environment(ConstantEnvironment),
+    /// Light arriving from an infinitely distant sphere that bears an image.
+    Image(Arc<ImageEnvironment>),
+    /// A point that emits into a cone.
+    Spot(SpotEmitter),
+    /// Light flying in one direction.
+    Directional(DirectionalEmitter),
 }
 
 impl Emitter {
@@ -39,12 +57,20 @@ impl Emitter {
             Emitter::Area(area) => area.power(),
             Emitter::Point(point) => point.power(),
             Emitter::Environment(environment) => environment.power(),
+            Emitter::Image(image) => image.power(),
+            Emitter::Spot(spot) => spot.power(),
+            Emitter::Directional(directional) => directional.power(),
         }
     }
 
     /// True if no ray can meet it.
     pub fn is_delta(&self) -> bool {
-        matches!(self, Emitter::Point(_))
+        matches!(self, Emitter::Point(_) | Emitter::Spot(_) | Emitter::Directional(_))
+    }
+
+    /// True if it lights the scene from infinitely far, wherever rays end.
+    pub fn is_environment(&self) -> bool {
+        matches!(self, Emitter::Environment(_) | Emitter::Image(_))
     }
 }
 
@@ -53,10 +79,27 @@ impl Emitter {
 pub enum EndpointKind {
     /// A point of an emitting surface.
     Surface,
-    /// A point emitter; its position is certain.
+    /// A point or a spot; its position is certain.
     Point,
     /// A direction of the environment: `at.ng` is the direction of flight into the scene, and distances to `at.p` mean nothing.
     Infinite,
+    /// The direction of a directional emitter, which is certain; `at` is as for `Infinite`.
+    Direction,
+}
+
+impl EndpointKind {
+    /// Whether it lies infinitely far, so that densities of it are per solid angle and those of its walks' positions per area
+    /// across them.
+    #[inline]
+    pub fn is_infinite(self) -> bool {
+        matches!(self, EndpointKind::Infinite | EndpointKind::Direction)
+    }
+
+    /// Whether it is certain once its emitter is chosen, so that no ray meets it.
+    #[inline]
+    pub fn is_delta(self) -> bool {
+        matches!(self, EndpointKind::Point | EndpointKind::Direction)
+    }
 }
 
 /// The light end of a path.
@@ -75,13 +118,14 @@ pub struct LiSample {
     pub endpoint: Endpoint,
     /// Unit direction from the reference point to the emitter.
     pub wi: Vec3,
-    /// Distance to the emitter \[m\]; infinite for an environment.
+    /// Distance to the emitter \[m\]; infinite for what lies infinitely far.
     pub distance: f32,
-    /// Radiance arriving along the connection if nothing is in its way; I/d² for a point emitter.
+    /// Radiance arriving along the connection if nothing is in its way; I/d² for a point or a spot, and the irradiance for a
+    /// directional emitter.
     pub li: Spectrum,
-    /// Density at the reference point \[1/sr\]; 1 for a delta position.
+    /// Density at the reference point \[1/sr\]; 1 for what is certain.
     pub pdf: f32,
-    /// True if the position is certain, so that no other technique can find it.
+    /// True if the endpoint is certain, so that no other technique can find it.
     pub delta: bool,
 }
 
@@ -92,13 +136,14 @@ pub struct LeSample {
     pub endpoint: Endpoint,
     /// The ray that leaves it.
     pub ray: Ray,
-    /// Emitted radiance along the ray; the intensity \[W/sr\] for a point emitter.
+    /// Emitted radiance along the ray; the intensity \[W/sr\] of a point or a spot, the irradiance \[W/m²\] of a directional
+    /// emitter.
     pub le: Spectrum,
-    /// Density of the position \[1/m²\]; of the direction \[1/sr\] for an environment; 1 for a point emitter.
+    /// Density of the position \[1/m²\]; of the direction \[1/sr\] for an environment; 1 for what is certain.
     pub pdf_p: f32,
-    /// Density of the direction \[1/sr\]; of the position on the disc across the scene \[1/m²\] for an environment.
+    /// Density of the direction \[1/sr\]; of the position on the disc across the scene \[1/m²\] for what lies infinitely far.
     pub pdf_d: f32,
-    /// |cosθ| at the emitter; 1 for a point emitter and an environment.
+    /// |cosθ| at the emitter; 1 off surfaces.
     pub cos: f32,
 }
 

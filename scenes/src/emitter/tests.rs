@@ -1,3 +1,6 @@
+mod choice;
+mod distant;
+
 use super::*;
 use crate::builder::{Emission, MeshData, SceneBuilder};
 use crate::material::MaterialId;

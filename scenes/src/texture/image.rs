@@ -217,8 +217,14 @@ impl Image {
         self.has_alpha
     }
 
+    /// The least and the greatest value of red, green, blue and alpha.
+    pub(crate) fn range(&self) -> ([f32; 4], [f32; 4]) {
+        (self.low, self.high)
+    }
+
+    /// Red, green, blue and alpha of a texel; its index counts row by row from the top.
     #[inline]
-    fn texel(&self, index: usize) -> [f32; 4] {
+    pub(crate) fn texel(&self, index: usize) -> [f32; 4] {
         match &self.texels {
             Texels::Bytes(texels, table) => {
                 let [r, g, b, a] = texels[index];

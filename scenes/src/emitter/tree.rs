@@ -1,0 +1,224 @@
+//! A hierarchy of emitters, for a choice that depends on the point to be lit \[Conty18\].
+
+use super::bounds::{Bounds, Cone, strength};
+use super::{Emitter, EmitterId};
+use crate::ray::SurfacePoint;
+use sampling::Vec3;
+
+/// Margin of angles that are compared, for rounding \[rad\].
+const MARGIN: f32 = 1e-3;
+/// Depth from which nodes are halved by number, so that no path is long.
+const DEEP: usize = 40;
+
+/// A binary tree over the emitters that are somewhere. A walk from its root chooses between the two halves of each node in
+/// proportion to the light that may come from them, unless something is in its way.
+#[derive(Clone, Debug)]
+pub(super) struct EmitterTree {
+    /// The root first; a node's first child follows it.
+    nodes: Vec<Node>,
+    /// The leaf of each emitter, if it has one.
+    leaves: Vec<Option<u32>>,
+}
+
+#[derive(Clone, Debug)]
+struct Node {
+    parent: u32,
+    content: Content,
+    middle: Vec3,
+    /// Half the diagonal of its box, squared.
+    reach2: f32,
+    axis: Vec3,
+    /// Sine and cosine of the cone of normals.
+    normals: [f32; 2],
+    /// Cosine of the angle beyond which it is dark.
+    cos_emission: f32,
+    strength: f32,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Content {
+    Leaf(EmitterId),
+    /// The place of the second child.
+    Inner(u32),
+}
+
+impl EmitterTree {
+    /// The tree over the emitters that have power and are somewhere.
+    pub fn new(emitters: &[Emitter]) -> Self {
+        let bright = |(_, emitter): &(usize, &Emitter)| emitter.power() > 0.0;
+        let all = Cone { axis: Vec3::Z, normals: 0.0, emission: 0.0 };
+        let strongest = emitters.iter().map(|emitter| strength(emitter, &all)).fold(0.0, f64::max);
+        let mut members: Vec<(EmitterId, Bounds)> = emitters
+            .iter()
+            .enumerate()
+            .filter(bright)
+            .filter_map(|(index, emitter)| Some((EmitterId(index as u32), Bounds::of(emitter, strongest)?)))
+            .collect();
+        let mut tree = Self { nodes: Vec::new(), leaves: vec![None; emitters.len()] };
+        if !members.is_empty() {
+            tree.add(&mut members, 0, 0);
+        }
+        tree
+    }
+
+    /// Whether no emitter is in it.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    fn add(&mut self, members: &mut [(EmitterId, Bounds)], parent: u32, depth: usize) -> Bounds {
+        let place = self.nodes.len();
+        let bounds = members.iter().map(|(_, bounds)| *bounds).reduce(Bounds::union).expect("a node has members");
+        if let [(id, _)] = members {
+            self.leaves[id.0 as usize] = Some(place as u32);
+            self.nodes.push(Node::new(parent, Content::Leaf(*id), &bounds));
+            return bounds;
+        }
+        self.nodes.push(Node::new(parent, Content::Inner(0), &bounds));
+        let at = split(members, depth);
+        let (first, second) = members.split_at_mut(at);
+        self.add(first, place as u32, depth + 1);
+        let second_place = self.nodes.len() as u32;
+        self.add(second, place as u32, depth + 1);
+        self.nodes[place].content = Content::Inner(second_place);
+        bounds
+    }
+
+    /// An emitter for a point, and the probability of choosing it; None where none of them can light it.
+    #[inline]
+    pub fn sample(&self, at: &SurfacePoint, mut uc: f32) -> Option<(EmitterId, f32)> {
+        let (mut place, mut pmf) = (0_usize, 1.0);
+        loop {
+            let second = match self.nodes[place].content {
+                Content::Leaf(id) => return Some((id, pmf)),
+                Content::Inner(second) => second as usize,
+            };
+            let share = self.first_share(place, second, at)?;
+            if uc < share {
+                (uc, pmf, place) = (uc / share, pmf * share, place + 1);
+            } else {
+                let rest = 1.0 - share;
+                (uc, pmf, place) = ((uc - share) / rest, pmf * rest, second);
+            }
+            uc = uc.min(1.0_f32.next_down());
+        }
+    }
+
+    /// The probability of choosing an emitter for a point.
+    #[inline]
+    pub fn pmf(&self, at: &SurfacePoint, id: EmitterId) -> f32 {
+        let Some(leaf) = self.leaves[id.0 as usize] else { return 0.0 };
+        let (mut place, mut pmf) = (leaf as usize, 1.0);
+        while place > 0 {
+            let parent = self.nodes[place].parent as usize;
+            let Content::Inner(second) = self.nodes[parent].content else { return 0.0 };
+            let Some(share) = self.first_share(parent, second as usize, at) else { return 0.0 };
+            pmf *= if place == parent + 1 { share } else { 1.0 - share };
+            place = parent;
+        }
+        pmf
+    }
+
+    /// The probability of a node's first child; None where neither can light the point.
+    #[inline]
+    fn first_share(&self, node: usize, second: usize, at: &SurfacePoint) -> Option<f32> {
+        let [a, b] = [node + 1, second].map(|child| self.nodes[child].importance(at));
+        (a + b > 0.0).then(|| a / (a + b))
+    }
+}
+
+/// Sorts members and says where to divide them: where the sum of the parts' costs is least, along whichever axis, nearest to the
+/// middle if there are several such places \[Conty18, 4.3\].
+fn split(members: &mut [(EmitterId, Bounds)], depth: usize) -> usize {
+    let count = members.len();
+    let extent = |axis: usize| {
+        let places = || members.iter().map(|(_, bounds)| bounds.middle()[axis]);
+        places().fold(f32::NEG_INFINITY, f32::max) - places().fold(f32::INFINITY, f32::min)
+    };
+    let extents = [0, 1, 2].map(extent);
+    let longest = extents.into_iter().fold(0.0, f32::max);
+    let mut best = (f32::INFINITY, count, 0, count / 2);
+    for axis in (0..3).filter(|axis| extents[*axis] > 0.0 && depth < DEEP) {
+        sort(members, axis);
+        let bounds = || members.iter().map(|(_, bounds)| *bounds);
+        let merge = |whole: &mut Option<Bounds>, next: Bounds| {
+            *whole = Some(whole.map_or(next, |whole| whole.union(next)));
+            whole.map(|whole| whole.cost())
+        };
+        let below: Vec<f32> = bounds().scan(None, merge).collect();
+        let mut above: Vec<f32> = bounds().rev().scan(None, merge).collect();
+        above.reverse();
+        for at in 1..count {
+            // Thin slices are charged for being thin.
+            let cost = (below[at - 1] + above[at]) * (longest / extents[axis]);
+            let candidate = (cost, at.abs_diff(count / 2), axis, at);
+            if (candidate.0, candidate.1) < (best.0, best.1) {
+                best = candidate;
+            }
+        }
+    }
+    let (_, _, axis, at) = best;
+    sort(members, axis);
+    at
+}
+
+/// By the middles' places along an axis; emitters at the same place keep the order of the scene.
+fn sort(members: &mut [(EmitterId, Bounds)], axis: usize) {
+    members.sort_by(|(a, of_a), (b, of_b)| of_a.middle()[axis].total_cmp(&of_b.middle()[axis]).then(a.0.cmp(&b.0)));
+}
+
+impl Node {
+    fn new(parent: u32, content: Content, bounds: &Bounds) -> Self {
+        let Cone { axis, normals, emission } = bounds.cone;
+        Node {
+            parent,
+            content,
+            middle: bounds.middle(),
+            reach2: 0.25 * (bounds.high - bounds.low).length_squared(),
+            axis,
+            normals: normals.sin_cos().into(),
+            cos_emission: (emission + MARGIN).cos(),
+            strength: bounds.strength,
+        }
+    }
+
+    /// About the greatest irradiance that it may bring to a point, over the strongest emitter's strength \[Conty18, 4.2\]: its
+    /// strength over the squared distance, times the cosine at the emitters where they face the point best, and that at the
+    /// point, whichever side of its surface is lit.
+    #[inline]
+    fn importance(&self, at: &SurfacePoint) -> f32 {
+        let to_point = at.p - self.middle;
+        let distance2 = to_point.length_squared();
+        let strength = self.strength / distance2.max(self.reach2).max(1e-30);
+        if distance2 <= self.reach2 {
+            return strength;
+        }
+        let w = to_point / distance2.sqrt();
+        // What the box fills of the view.
+        let sin2 = self.reach2 / distance2;
+        let wide = [sin2.sqrt(), (1.0 - sin2).sqrt()];
+        let off_axis = angle(self.axis.dot(w));
+        let nearest = less(less(off_axis, self.normals), wide);
+        if nearest[1] <= self.cos_emission {
+            return 0.0;
+        }
+        let received = if at.ng == Vec3::ZERO { 1.0 } else { less(angle(at.ng.dot(w).abs()), wide)[1] };
+        strength * nearest[1].max(0.0) * received.max(0.0)
+    }
+}
+
+/// Sine and cosine of the angle in [0, π] that has this cosine.
+#[inline]
+fn angle(cosine: f32) -> [f32; 2] {
+    let cosine = cosine.clamp(-1.0, 1.0);
+    [(1.0 - cosine * cosine).sqrt(), cosine]
+}
+
+/// Sine and cosine of max(a − b, 0), of angles in [0, π] by theirs.
+#[inline]
+fn less(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
+    if a[1] >= b[1] {
+        return [0.0, 1.0];
+    }
+    [a[0] * b[1] - a[1] * b[0], a[1] * b[1] + a[0] * b[0]]
+}
