@@ -8,6 +8,7 @@ mod choice;
 mod environment;
 mod point;
 
+pub(crate) use area::AreaChart;
 pub use area::{AreaEmitter, AreaShape, Emission};
 pub(crate) use choice::EmitterChoice;
 pub use environment::ConstantEnvironment;
