@@ -21,14 +21,14 @@ fn random_analytic(random: &mut Random, kind: usize) -> Analytic {
     let radius = 0.1 + 0.3 * random.next_1d();
     let (x, y) = along.normalize().any_orthonormal_pair();
     match kind % 3 {
-        0 => Analytic::Sphere(Sphere { center: place.as_vec3(), radius, flipped: kind % 2 == 0 }),
-        1 => Analytic::Disk(Box::new(Disk::new(place, along, across, kind % 2 == 0).unwrap())),
+        0 => Analytic::Sphere(Sphere { center: place.as_vec3(), radius, flipped: kind.is_multiple_of(2) }),
+        1 => Analytic::Disk(Box::new(Disk::new(place, along, across, kind.is_multiple_of(2)).unwrap())),
         _ => Analytic::Cylinder(Box::new(Cylinder {
             from: place,
             axes: [x, y, along.normalize()],
             length: 0.4,
             radius: f64::from(radius),
-            flipped: kind % 2 == 0,
+            flipped: kind.is_multiple_of(2),
         })),
     }
 }
@@ -194,7 +194,7 @@ fn a_deep_tree_is_still_searched() {
 #[test]
 fn a_triangle_seen_edge_on_is_not_met() {
     let triangles = [Triangle([vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0)])];
-    let accel = Accel::build(&triangles, Vec::new(), Vec3::ZERO, Skip::Unneeded);
+    let accel = Accel::build(triangles, Vec::new(), Vec3::ZERO, Skip::Unneeded);
     for d in [Vec3::X, Vec3::Y, vec3(0.6, 0.8, 0.0)] {
         assert!(accel.closest(&Ray::new(vec3(-1.0, 0.2, 0.0), d)).is_none());
     }
@@ -204,7 +204,7 @@ fn a_triangle_seen_edge_on_is_not_met() {
 fn spheres_are_met_from_outside_and_inside_at_any_distance() {
     for (radius, distance) in [(1.0f32, 3.0f32), (1e-3, 100.0), (1e-6, 1.0), (1e5, 2e5)] {
         let spheres = vec![Analytic::Sphere(Sphere { center: vec3(0.0, 0.0, -distance), radius, flipped: false })];
-        let accel = Accel::build(&[], spheres, Vec3::ZERO, Skip::Unneeded);
+        let accel = Accel::build([], spheres, Vec3::ZERO, Skip::Unneeded);
         let from_outside = accel.closest(&Ray::new(Vec3::ZERO, -Vec3::Z));
         let Some(Hit::Analytic { t, at, .. }) = from_outside else { panic!("missed {radius} at {distance}") };
         assert!((t - (distance - radius)).abs() <= 4.0 * UNIT * distance && at.ng.dot(Vec3::Z) > 0.999);

@@ -35,7 +35,7 @@ impl Parts {
                 "give it at least one triangle with an area",
             ));
         }
-        let chart = self.chart(placed, &emission.radiance, attributes);
+        let chart = self.chart(placed, &emission.radiance, attributes).map(Box::new);
         let linear = match &emission.radiance {
             radiance @ (Texture::Constant(_) | Texture::Ramp { .. }) => {
                 Some(self.mean_of_linear(placed, radiance, area))
@@ -72,8 +72,9 @@ impl Parts {
             Placed::Analytic => AreaChart::Analytic(self.analytic_infos.last()?.chart.clone()),
             Placed::Quad { quad, .. } => AreaChart::Quad { turned: quad.turned },
             Placed::Mesh(_) => {
-                let Attributes { triangles, uvs, colours, .. } = attributes?.clone();
-                AreaChart::Mesh(Box::new(Attributes { triangles, uvs, colours, ..Attributes::default() }))
+                let Attributes { triangles, uvs, colours, .. } = attributes?;
+                let (triangles, uvs, colours) = (triangles.clone(), uvs.clone(), colours.clone());
+                AreaChart::Mesh(Attributes { triangles, uvs, colours, ..Attributes::default() })
             }
         })
     }

@@ -48,7 +48,7 @@ pub(crate) enum AreaChart {
     /// Those of an analytic surface.
     Analytic(Chart),
     /// Those of the mesh, whose triangles are counted from the emitter's first.
-    Mesh(Box<Attributes>),
+    Mesh(Attributes),
 }
 
 /// A point sampled on the area.
@@ -79,7 +79,7 @@ pub struct AreaEmitter {
     /// Mean radiance over the area; for what is read by coordinates only nearly.
     pub mean_radiance: Spectrum,
     /// Where the radiance is read by texture coordinates or vertex colours, those of sampled points.
-    pub(crate) chart: Option<AreaChart>,
+    pub(crate) chart: Option<Box<AreaChart>>,
 }
 
 impl AreaEmitter {
@@ -109,7 +109,7 @@ impl AreaEmitter {
     #[inline(never)]
     fn coordinates(&self, sampled: &Sampled) -> SurfaceCoordinates {
         let Sampled { at, triangle, b } = sampled;
-        match &self.chart {
+        match self.chart.as_deref() {
             None => SurfaceCoordinates::of(at.p),
             Some(AreaChart::Quad { turned }) => {
                 let uv = if fault!("emission_read_at_turned_coordinates", *turned, !*turned) { b.yx() } else { *b };
