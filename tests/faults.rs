@@ -20,6 +20,7 @@ const FAULTS: &[(&str, &str)] = &[
     ("emitter_shines_from_its_back", "meshes::emitters_on_meshes_shine_as_quads_do"),
     ("emitter_cosine_dropped", "orders::furnace"),
     ("area_density_not_converted", "orders::furnace"),
+    ("emission_read_at_turned_coordinates", "shapes::emission_maps_in_a_room"),
     ("power_weights_wrong", "irradiance::two_points"),
     ("environment_density_of_a_hemisphere", "scattering::once_by_a_ball_in_a_uniform_environment"),
     ("next_event_density_by_power", "mis_weights::weights_sum_to_one_whatever_emits"),

@@ -20,6 +20,7 @@ mod roulette;
 mod samplers;
 mod scattering;
 mod shading_normals;
+mod shapes;
 mod splats;
 mod statistics;
 mod subsurface;

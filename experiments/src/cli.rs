@@ -90,7 +90,7 @@ pub struct RunArgs {
 /// `neumann render`.
 #[derive(Clone, Debug, Args)]
 pub struct RenderArgs {
-    /// A built-in scene's name (see `neumann list scenes`) or a file: .toml, .obj.
+    /// A built-in scene's name (see `neumann list scenes`) or a file: .toml, .obj, .ply.
     pub scene: String,
     /// The method (see `neumann list methods`).
     #[arg(long, short = 'i', value_name = "METHOD", default_value = "path")]

@@ -148,7 +148,7 @@ impl<S: Sink> Walk<'_, S> {
             EndpointKind::Point | EndpointKind::Direction => return,
             EndpointKind::Surface => {
                 let Some(seen) = camera.sample_wi(endpoint.at.p, u) else { return };
-                let le = self.scene.le_at(start.emitter, endpoint, seen.wi);
+                let le = self.scene.le_at(start.emitter, &start.sample, seen.wi);
                 let geometry = endpoint.at.ng.dot(seen.wi).abs() * seen.we / seen.pdf;
                 (le * geometry, seen.raster, endpoint.at.segment_to(&seen.at))
             }

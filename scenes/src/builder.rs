@@ -1,7 +1,9 @@
 //! How scenes are made: by scene files, importers, built-ins and tests alike.
 
+mod area;
 mod assemble;
 mod check;
+mod extent;
 mod hash;
 mod parts;
 mod varying;
@@ -15,6 +17,7 @@ use crate::material::{Material, MaterialId};
 use crate::needs::Skip;
 use crate::scene::Scene;
 use crate::shape::Geometry;
+use crate::texture::Texture;
 use glam::{DAffine3, DVec3};
 use sampling::filter::Filter;
 use sampling::math::Spectrum;
@@ -122,6 +125,16 @@ impl SceneBuilder {
         self.shape(Geometry::Sphere { center, radius }, material)
     }
 
+    /// Adds an elliptic disk with these vectors from its centre to its rim; its front is where `edge_u × edge_v` points.
+    pub fn disk(&mut self, center: DVec3, edge_u: DVec3, edge_v: DVec3, material: MaterialId) -> ShapeId {
+        self.shape(Geometry::Disk { center, edge_u, edge_v }, material)
+    }
+
+    /// Adds a tube between the middles of its ends, without caps; its front is outside.
+    pub fn cylinder(&mut self, from: DVec3, to: DVec3, radius: f64, material: MaterialId) -> ShapeId {
+        self.shape(Geometry::Cylinder { from, to, radius }, material)
+    }
+
     /// Adds a triangle mesh; its front is where its vertices run counter-clockwise.
     pub fn mesh(&mut self, mesh: MeshData, material: MaterialId) -> ShapeId {
         self.shape(Geometry::Mesh(mesh), material)
@@ -132,11 +145,16 @@ impl SceneBuilder {
         ShapeId((self.shapes.len() - 1) as u32)
     }
 
-    /// Transforms a shape, after what it was transformed by before: any affine map for quads and meshes, a similarity for
-    /// spheres. The front becomes the image of the front, mirrored or not.
+    /// Transforms a shape, after what it was transformed by before: any affine map for quads, disks and meshes, a
+    /// similarity for spheres and cylinders. The front becomes the image of the front, mirrored or not.
     pub fn transform(&mut self, shape: ShapeId, transform: DAffine3) {
         let shape = &mut self.shapes[shape.0 as usize];
         shape.transform = transform * shape.transform;
+    }
+
+    /// The least and the greatest value of any channel of a texture over a shape, as it is transformed now.
+    pub(crate) fn range(&self, shape: ShapeId, texture: &Texture) -> (f32, f32) {
+        self.shapes[shape.0 as usize].range(texture)
     }
 
     /// Turns a shape's front over.

@@ -28,6 +28,9 @@ pub struct Interaction {
     pub bsdf: Bsdf,
     /// The emitter this surface belongs to.
     pub emitter: Option<EmitterId>,
+    /// Radiance \[W/(m²·sr)\] that it emits here where it emits at all, whatever the side; [`Scene::le`](crate::Scene::le) has the
+    /// sides.
+    pub emitted: Spectrum,
     /// What it is made of.
     pub material: MaterialId,
 }
@@ -170,6 +173,7 @@ mod tests {
             normals: Normals::Smooth,
             bsdf,
             emitter: None,
+            emitted: Spectrum::ZERO,
             material: MaterialId(0),
         }
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::builder::SceneBuilder;
 use crate::description::{self, Origin};
 use crate::error::SceneError;
-use crate::import::obj;
+use crate::import::{obj, ply};
 use crate::needs::Skip;
 use crate::scene::Scene;
 use crate::suggest::did_you_mean;
@@ -25,7 +25,8 @@ pub fn builtin_names() -> &'static [&'static str] {
     builtin::NAMES
 }
 
-/// Loads a built-in scene by its name, or a file by its path: `.toml` (see [`description`]) or `.obj` (see [`obj`]).
+/// Loads a built-in scene by its name, or a file by its path: `.toml` (see [`description`]), `.obj` (see [`obj`]) or `.ply` (see
+/// [`ply`]).
 ///
 /// A path is told from a name by its ending or a separator; a file never hides a built-in.
 pub fn load(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneError> {
@@ -60,11 +61,11 @@ pub fn open(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder
                 Origin { scene: stem, file: name_or_path, folder: Some(path.parent().unwrap_or(Path::new(""))) };
             description::read(&text, origin, size)
         }
-        Some("obj") => {
+        Some(mesh @ ("obj" | "ply")) => {
             if !path.is_file() {
                 return Err(unreadable(path, std::io::ErrorKind::NotFound.into()));
             }
-            obj::scene(path, stem, size)
+            if mesh == "ply" { ply::scene(path, stem, size) } else { obj::scene(path, stem, size) }
         }
         _ => Err(unknown(name_or_path, path)),
     }
@@ -72,10 +73,10 @@ pub fn open(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder
 
 fn unknown(name: &str, path: &Path) -> SceneError {
     if path.exists() {
-        let mend = "scenes are read from `.toml` and `.obj` files";
+        let mend = "scenes are read from `.toml`, `.obj` and `.ply` files";
         return SceneError::invalid("this kind of file is not read", mend).in_file(path);
     }
-    let mend = format!("{}; or give the path of a .toml or .obj file", did_you_mean(name, builtin::NAMES));
+    let mend = format!("{}; or give the path of a .toml, .obj or .ply file", did_you_mean(name, builtin::NAMES));
     SceneError::Unknown { name: name.to_string(), mend }
 }
 
@@ -90,7 +91,7 @@ fn unreadable(path: &Path, error: std::io::Error) -> SceneError {
     let siblings: Vec<&str> = siblings.iter().map(String::as_str).collect();
     let mend = match suggest::nearest(name, &siblings) {
         Some(near) if near != name => format!("did you mean `{}`?", path.with_file_name(near).display()),
-        _ => "give the path of a .toml or .obj file".to_string(),
+        _ => "give the path of a .toml, .obj or .ply file".to_string(),
     };
     SceneError::unreadable(path, error, mend)
 }

@@ -12,7 +12,7 @@ use crate::interaction::Interaction;
 use crate::material::Material;
 use crate::needs::Needs;
 use crate::ray::{Ray, SurfacePoint};
-use crate::surface::{Attributes, SphereInfo, Surface, TriangleInfo};
+use crate::surface::{AnalyticInfo, Attributes, Chart, Surface, TriangleInfo};
 use glam::DVec3;
 use sampling::math::{Frame, Spectrum};
 use sampling::{Vec2, Vec3, warp};
@@ -45,7 +45,7 @@ pub struct Scene {
     pub bounds: BoundingSphere,
     pub(crate) accel: Accel,
     pub(crate) triangles: Vec<TriangleInfo>,
-    pub(crate) spheres: Vec<SphereInfo>,
+    pub(crate) analytic: Vec<AnalyticInfo>,
     pub(crate) surfaces: Vec<Surface>,
     pub(crate) attributes: Vec<Attributes>,
     pub(crate) materials: Vec<Material>,
@@ -96,6 +96,10 @@ pub struct Counts {
     pub triangles: usize,
     /// Analytic spheres.
     pub spheres: usize,
+    /// Analytic disks.
+    pub disks: usize,
+    /// Analytic cylinders.
+    pub cylinders: usize,
     /// Shapes as given.
     pub shapes: usize,
     /// Materials as given.
@@ -107,9 +111,12 @@ pub struct Counts {
 impl Scene {
     /// How many of each thing the scene holds.
     pub fn counts(&self) -> Counts {
+        let count = |kind: fn(&Chart) -> bool| self.analytic.iter().filter(|info| kind(&info.chart)).count();
         Counts {
             triangles: self.triangles.len(),
-            spheres: self.spheres.len(),
+            spheres: count(|chart| matches!(chart, Chart::Sphere(_))),
+            disks: count(|chart| matches!(chart, Chart::Disk(_))),
+            cylinders: count(|chart| matches!(chart, Chart::Cylinder(_))),
             shapes: self.surfaces.len(),
             materials: self.materials.len(),
             emitters: self.emitters.len(),
@@ -140,16 +147,17 @@ impl Scene {
     #[inline]
     pub fn le(&self, it: &Interaction, w: Vec3) -> Spectrum {
         match it.emitter.map(|id| self.emitter(id)) {
-            Some(Emitter::Area(area)) => area.le(&it.point, w),
+            Some(Emitter::Area(area)) => area.le(it.emitted, it.point.ng, w),
             _ => Spectrum::ZERO,
         }
     }
 
-    /// Radiance that an emitter's surface point emits in direction `w` (unit, away from it); zero for other emitters.
+    /// Radiance that the surface point where a light walk starts emits in another direction `w` (unit, away from it); zero for
+    /// emitters that are no surfaces.
     #[inline]
-    pub fn le_at(&self, id: EmitterId, endpoint: &Endpoint, w: Vec3) -> Spectrum {
+    pub fn le_at(&self, id: EmitterId, start: &LeSample, w: Vec3) -> Spectrum {
         match self.emitter(id) {
-            Emitter::Area(area) => area.le(&endpoint.at, w),
+            Emitter::Area(area) => area.le(start.le, start.endpoint.at.ng, w),
             _ => Spectrum::ZERO,
         }
     }

@@ -5,8 +5,8 @@ use crate::interaction::Interaction;
 use crate::material::{Material, MaterialId};
 use crate::ray::{Ray, SurfacePoint};
 use crate::scene::{BoundingSphere, Scene};
-use crate::shape::{Sphere, Triangle};
-use crate::surface::{SphereInfo, Surface, TriangleInfo};
+use crate::shape::{Analytic, Triangle};
+use crate::surface::{AnalyticInfo, Surface, TriangleInfo};
 use sampling::Vec3;
 use sampling::bsdf::{Bsdf, Plastic};
 use sampling::math::Spectrum;
@@ -92,7 +92,7 @@ impl Scene {
         let of_body = |surface: u32| self.surfaces[surface as usize].material == it.material;
         let wanted = |primitive| match primitive {
             Primitive::Triangle(id) => of_body(self.triangles[id as usize].surface),
-            Primitive::Sphere(id) => of_body(self.spheres[id as usize].surface),
+            Primitive::Analytic(id) => of_body(self.analytic[id as usize].surface),
         };
         let first = points.len();
         self.accel.all(&line, wanted, |hit| points.push(self.interaction(hit)));
@@ -110,8 +110,8 @@ pub(crate) struct Places<'a> {
     pub surfaces: &'a [Surface],
     pub triangles: &'a [Triangle],
     pub infos: &'a [TriangleInfo],
-    pub spheres: &'a [Sphere],
-    pub sphere_infos: &'a [SphereInfo],
+    pub analytic: &'a [Analytic],
+    pub analytic_infos: &'a [AnalyticInfo],
 }
 
 /// Notes of every body where its surfaces are.
@@ -121,8 +121,8 @@ pub(crate) fn bound(materials: &mut [Material], places: &Places) {
         let own = |surface: u32| places.surfaces[surface as usize].material == MaterialId(index as u32);
         let triangles = places.triangles.iter().zip(places.infos).filter(|(_, info)| own(info.surface));
         let vertices = triangles.flat_map(|(triangle, _)| triangle.0).map(|vertex| (vertex, 0.0));
-        let spheres = places.spheres.iter().zip(places.sphere_infos).filter(|(_, info)| own(info.surface));
-        let balls: Vec<(Vec3, f32)> = vertices.chain(spheres.map(|(s, _)| (s.center, s.radius))).collect();
+        let analytic = places.analytic.iter().zip(places.analytic_infos).filter(|(_, info)| own(info.surface));
+        let balls: Vec<(Vec3, f32)> = vertices.chain(analytic.flat_map(|(surface, _)| surface.balls())).collect();
         let (low, high) = balls
             .iter()
             .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), (p, r)| (low.min(p - *r), high.max(p + *r)));

@@ -3,6 +3,7 @@
 use crate::emitter::EmitterId;
 use crate::material::MaterialId;
 use crate::relief::Derivatives;
+use crate::shape::{Cylinder, Disk, turns};
 use crate::texture::SurfaceCoordinates;
 use sampling::math::Spectrum;
 use sampling::{Vec2, Vec3};
@@ -28,11 +29,47 @@ pub(crate) struct Surface {
     pub attributes: Option<u32>,
 }
 
-/// What a sphere has of its own.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct SphereInfo {
+/// What an analytic surface has of its own.
+#[derive(Clone, Debug)]
+pub(crate) struct AnalyticInfo {
     /// The surface it belongs to.
     pub surface: u32,
+    /// Its texture coordinates.
+    pub chart: Chart,
+}
+
+/// The texture coordinates of an analytic surface.
+#[derive(Clone, Debug)]
+pub(crate) enum Chart {
+    Sphere(SphereChart),
+    Disk(Box<Disk>),
+    Cylinder(Box<Cylinder>),
+}
+
+impl Chart {
+    /// Where textures are read at the point `p` with this front normal.
+    pub fn coordinates(&self, p: Vec3, ng: Vec3) -> SurfaceCoordinates {
+        let uv = match self {
+            Self::Sphere(sphere) => sphere.uv(ng),
+            Self::Disk(disk) => disk.uv(p),
+            Self::Cylinder(cylinder) => cylinder.uv(p),
+        };
+        SurfaceCoordinates { uv, ..SurfaceCoordinates::of(p) }
+    }
+
+    /// How that point moves with its texture coordinates.
+    pub fn derivatives(&self, p: Vec3, ng: Vec3) -> Derivatives {
+        match self {
+            Self::Sphere(sphere) => sphere.derivatives(ng),
+            Self::Disk(disk) => disk.derivatives(p),
+            Self::Cylinder(cylinder) => cylinder.derivatives(p),
+        }
+    }
+}
+
+/// The texture coordinates of a sphere.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SphereChart {
     /// True if its front is the inside.
     pub flipped: bool,
     /// Radius \[m\].
@@ -41,23 +78,16 @@ pub(crate) struct SphereInfo {
     pub axes: [Vec3; 3],
 }
 
-impl SphereInfo {
+impl SphereChart {
     /// The texture coordinates of the point with this front normal: the longitude over 2π in [0, 1), and the latitude, 0 at the
     /// south pole and 1 at the north.
     fn uv(&self, ng: Vec3) -> Vec2 {
         let [x, y, z] = self.axes.map(|axis| axis.dot(self.outwards(ng)));
-        let longitude = y.atan2(x) * (0.5 * FRAC_1_PI);
-        let u = if longitude < 0.0 { (longitude + 1.0).min(1.0f32.next_down()) } else { longitude };
-        Vec2::new(u, 1.0 - z.clamp(-1.0, 1.0).acos() * FRAC_1_PI)
-    }
-
-    /// Where textures are read at the point `p` with this front normal.
-    pub fn coordinates(&self, p: Vec3, ng: Vec3) -> SurfaceCoordinates {
-        SurfaceCoordinates { uv: self.uv(ng), ..SurfaceCoordinates::of(p) }
+        Vec2::new(turns(y, x), 1.0 - z.clamp(-1.0, 1.0).acos() * FRAC_1_PI)
     }
 
     /// How that point moves with its texture coordinates; zero along u at the poles.
-    pub fn derivatives(&self, ng: Vec3) -> Derivatives {
+    fn derivatives(&self, ng: Vec3) -> Derivatives {
         let outwards = self.outwards(ng);
         let pole = self.axes[2];
         let mirrored = self.axes[0].cross(self.axes[1]).dot(pole) < 0.0;

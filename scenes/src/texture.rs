@@ -152,17 +152,18 @@ impl Texture {
         }
     }
 
-    /// The least and the greatest value of any channel over a ball.
-    pub fn range_in_ball(&self, center: Vec3, radius: f32) -> (f32, f32) {
+    /// The least and the greatest value of any channel over what is symmetric about `middle` and reaches from there `reach(axis)`
+    /// along an axis, to either side, in units of the axis' length.
+    pub fn range_around(&self, middle: Vec3, reach: impl Fn(Vec3) -> f32) -> (f32, f32) {
         if let Some((low, high)) = self.range() {
             return (least(low), high.max_component());
         }
-        let middle = self.at(&SurfaceCoordinates::of(center));
+        let value = self.at(&SurfaceCoordinates::of(middle));
         let swing = match self {
-            Texture::Ramp { slope, axis, scale, .. } => (*slope * (axis.length() * radius / *scale)).abs(),
+            Texture::Ramp { slope, axis, scale, .. } => (*slope * (reach(*axis) / *scale)).abs(),
             _ => Spectrum::ZERO,
         };
-        (least(middle - swing), (middle + swing).max_component())
+        (least(value - swing), (value + swing).max_component())
     }
 
     /// What is wrong with it, if anything is: a number that is not finite, a scale of zero.

@@ -2,14 +2,14 @@
 
 use super::query::{Query, dominant_axis};
 use super::tree::LEAF;
-use super::{Accel, Hit, SPHERE};
+use super::{ANALYTIC, Accel, Hit};
 use crate::ray::Ray;
 
-/// A triangle or a sphere, as numbered when built.
+/// A triangle or an analytic surface, as numbered when built.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Primitive {
     Triangle(u32),
-    Sphere(u32),
+    Analytic(u32),
 }
 
 impl Accel {
@@ -26,15 +26,15 @@ impl Accel {
         let query = Query::new::<Z>(ray);
         if !self.nodes.is_empty() {
             return self.leaves_met(ray, |leaf| {
-                if leaf & SPHERE != 0 {
-                    self.all_of_sphere(leaf & !(LEAF | SPHERE), ray, &query, &wanted, &mut visit);
+                if leaf & ANALYTIC != 0 {
+                    self.all_of_analytic(leaf & !(LEAF | ANALYTIC), ray, &query, &wanted, &mut visit);
                 } else {
                     self.all_of_block::<Z>(leaf & !LEAF, ray, &query, &wanted, &mut visit);
                 }
             });
         }
         (0..self.blocks.len() as u32).for_each(|i| self.all_of_block::<Z>(i, ray, &query, &wanted, &mut visit));
-        (0..self.spheres.len() as u32).for_each(|i| self.all_of_sphere(i, ray, &query, &wanted, &mut visit));
+        (0..self.analytic.len() as u32).for_each(|i| self.all_of_analytic(i, ray, &query, &wanted, &mut visit));
     }
 
     fn all_of_block<const Z: usize>(
@@ -56,7 +56,7 @@ impl Accel {
         });
     }
 
-    fn all_of_sphere(
+    fn all_of_analytic(
         &self,
         id: u32,
         ray: &Ray,
@@ -64,13 +64,12 @@ impl Accel {
         wanted: &impl Fn(Primitive) -> bool,
         visit: &mut impl FnMut(Hit),
     ) {
-        let sphere = &self.spheres[id as usize];
+        let surface = &self.analytic[id as usize];
         let inverse_length2 = query.direction.length_squared().recip();
-        let Some((t_in, t_out)) = sphere.intersect(query.origin, query.direction, inverse_length2) else { return };
-        for t in [t_in, t_out] {
-            if t > 0.0 && t < f64::from(ray.t_max) && wanted(Primitive::Sphere(id)) {
-                let at = sphere.project(query.origin, query.direction, t);
-                visit(Hit::Sphere { t: t as f32, id, at });
+        for t in surface.meetings(query.origin, query.direction, inverse_length2) {
+            if t > 0.0 && t < f64::from(ray.t_max) && wanted(Primitive::Analytic(id)) {
+                let at = surface.point(query.origin, query.direction, t);
+                visit(Hit::Analytic { t: t as f32, id, at });
             }
         }
     }
@@ -81,7 +80,7 @@ mod tests {
     use super::super::tests::random_triangles;
     use super::*;
     use crate::needs::Skip;
-    use crate::shape::Sphere;
+    use crate::shape::{Analytic, Sphere};
     use crate::test_support::Random;
     use sampling::Vec3;
 
@@ -91,7 +90,7 @@ mod tests {
         accel.all(ray, wanted, |hit| {
             found.push(match hit {
                 Hit::Triangle { t, id, .. } => (t, id),
-                Hit::Sphere { t, id, .. } => (t, SPHERE | id),
+                Hit::Analytic { t, id, .. } => (t, ANALYTIC | id),
             })
         });
         found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -105,10 +104,11 @@ mod tests {
         let spheres: Vec<Sphere> = (0..9)
             .map(|_| Sphere { center: random.direction(), radius: 0.1 + 0.3 * random.next_1d(), flipped: false })
             .collect();
-        let tree = Accel::build(&triangles, spheres.clone(), Vec3::ZERO, Skip::Nothing);
+        let analytic = spheres.iter().copied().map(Analytic::Sphere).collect();
+        let tree = Accel::build(&triangles, analytic, Vec3::ZERO, Skip::Nothing);
         let list = Accel { nodes: Vec::new(), ..tree.clone() };
         let alone: Vec<Accel> =
-            triangles.iter().map(|t| Accel::build(&[*t], Vec::new(), Vec3::ZERO, Skip::Unneeded)).collect();
+            triangles.iter().map(|t| Accel::build([*t], Vec::new(), Vec3::ZERO, Skip::Unneeded)).collect();
         let mut met = 0;
         for _ in 0..5000 {
             let (o, target) = (random.direction() * 2.0, random.direction() * random.next_1d());
@@ -119,16 +119,16 @@ mod tests {
             assert_eq!(
                 found.first().map(|(t, _)| *t),
                 tree.closest(&ray).map(|hit| match hit {
-                    Hit::Triangle { t, .. } | Hit::Sphere { t, .. } => t,
+                    Hit::Triangle { t, .. } | Hit::Analytic { t, .. } => t,
                 })
             );
-            let (balls, flat): (Vec<_>, Vec<_>) = found.into_iter().partition(|(_, id)| id & SPHERE != 0);
+            let (balls, flat): (Vec<_>, Vec<_>) = found.into_iter().partition(|(_, id)| id & ANALYTIC != 0);
             let expected: Vec<u32> = (0..alone.len() as u32).filter(|&id| alone[id as usize].any(&ray)).collect();
             let mut ids: Vec<u32> = flat.iter().map(|(_, id)| *id).collect();
             ids.sort_unstable();
             assert_eq!(ids, expected, "{ray:?}");
             for (t, id) in &balls {
-                let sphere = &spheres[(id & !SPHERE) as usize];
+                let sphere = &spheres[(id & !ANALYTIC) as usize];
                 assert!((ray.at(*t).distance(sphere.center) - sphere.radius).abs() < 1e-5);
             }
             met += flat.len() + balls.len();

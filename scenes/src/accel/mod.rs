@@ -1,6 +1,7 @@
 //! Where rays meet surfaces: all that knows `obvhs`, and nothing of what surfaces are made of.
 //!
-//! Triangles are kept in [pairs](pairing), four pairs to a [`block`], tested together without leaks; spheres are analytic. A few primitives are simply
+//! Triangles are kept in [pairs](pairing), four pairs to a [`block`], tested together without leaks; spheres, disks and cylinders are
+//! analytic. A few primitives are simply
 //! searched; more are put in a [`tree`] of four children a node, collapsed from the binary tree that `obvhs` builds.
 //! Whichever it is, the hits are the same: boxes only decide what is looked at.
 
@@ -13,7 +14,7 @@ mod tree;
 
 use crate::needs::Skip;
 use crate::ray::{Ray, SurfacePoint};
-use crate::shape::{Sphere, Triangle};
+use crate::shape::{Analytic, Triangle};
 use block::{Block, LANES, PAIRS};
 pub(crate) use crossings::Primitive;
 use query::{Query, dominant_axis};
@@ -27,7 +28,7 @@ pub(crate) const FEW: usize = 64;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Accel {
     blocks: Vec<Block>,
-    spheres: Vec<Sphere>,
+    analytic: Vec<Analytic>,
     /// Empty if the primitives are searched as a list.
     nodes: Vec<Node>,
     depth: usize,
@@ -47,8 +48,8 @@ pub(crate) enum Hit {
         /// Barycentric coordinates of the vertices 1 and 2.
         b: Vec2,
     },
-    /// On a sphere.
-    Sphere {
+    /// On an analytic surface.
+    Analytic {
         /// Parameter along the ray.
         t: f32,
         /// Which one, as numbered when built.
@@ -66,8 +67,8 @@ struct Best {
     id: u32,
 }
 
-/// Marks the slot and the id of a sphere.
-const SPHERE: u32 = 1 << 31;
+/// Marks the slot and the id of an analytic surface.
+const ANALYTIC: u32 = 1 << 31;
 const NOTHING: u32 = u32::MAX;
 
 impl Best {
@@ -86,13 +87,17 @@ impl Best {
 }
 
 impl Accel {
-    /// Arranges triangles and spheres. `eye` is a point outside them that rays may start from.
-    pub fn build(triangles: &[Triangle], spheres: Vec<Sphere>, eye: Vec3, skip: Skip) -> Self {
-        if triangles.len() + spheres.len() > FEW || (skip == Skip::Nothing && triangles.len() + spheres.len() > 0) {
-            return tree::build(triangles, spheres, eye);
+    /// Arranges triangles and analytic surfaces. `eye` is a point outside them that rays may start from. The triangles are let go
+    /// of, if they are given away, before most of the memory is taken.
+    pub fn build(triangles: impl AsRef<[Triangle]>, analytic: Vec<Analytic>, eye: Vec3, skip: Skip) -> Self {
+        let primitives = triangles.as_ref().len() + analytic.len();
+        let pairs = pairing::pair_up(triangles.as_ref());
+        drop(triangles);
+        if primitives > FEW || (skip == Skip::Nothing && primitives > 0) {
+            return tree::build(&pairs, analytic, eye);
         }
-        let blocks = pairing::pair_up(triangles).chunks(PAIRS).map(Block::new).collect();
-        Accel { blocks, spheres, ..Accel::default() }
+        let blocks = pairs.chunks(PAIRS).map(Block::new).collect();
+        Accel { blocks, analytic, ..Accel::default() }
     }
 
     /// The first surface on the ray's interval.
@@ -123,7 +128,7 @@ impl Accel {
             for index in 0..self.blocks.len() as u32 {
                 self.offer_block::<Z>(index, &query, &mut best);
             }
-            self.offer_spheres(&query, &mut best);
+            self.offer_all_analytic(&query, &mut best);
         } else {
             self.search_closest::<Z>(ray, &query, &mut best);
         }
@@ -136,7 +141,7 @@ impl Accel {
         let t_max = f64::from(ray.t_max);
         if self.nodes.is_empty() {
             return self.blocks.iter().any(|block| meets_block::<Z>(block, &query, t_max))
-                || self.meets_spheres(&query, t_max);
+                || self.meets_any_analytic(&query, t_max);
         }
         self.search_any::<Z>(ray, &query, t_max)
     }
@@ -151,32 +156,31 @@ impl Accel {
     }
 
     #[inline]
-    fn offer_spheres(&self, query: &Query, best: &mut Best) {
-        if self.spheres.is_empty() {
+    fn offer_all_analytic(&self, query: &Query, best: &mut Best) {
+        if self.analytic.is_empty() {
             return;
         }
         let inverse_length2 = query.direction.length_squared().recip();
-        for index in 0..self.spheres.len() as u32 {
-            self.offer_sphere(index, query, inverse_length2, best);
+        for index in 0..self.analytic.len() as u32 {
+            self.offer_analytic(index, query, inverse_length2, best);
         }
     }
 
     #[inline]
-    fn offer_sphere(&self, index: u32, query: &Query, inverse_length2: f64, best: &mut Best) {
-        let sphere = &self.spheres[index as usize];
-        if let Some((t_in, t_out)) = sphere.intersect(query.origin, query.direction, inverse_length2) {
-            let t = if t_in > 0.0 { t_in } else { t_out };
-            best.offer(t, SPHERE | index, SPHERE | index);
-        }
+    fn offer_analytic(&self, index: u32, query: &Query, inverse_length2: f64, best: &mut Best) {
+        let [first, second] = self.analytic[index as usize].meetings(query.origin, query.direction, inverse_length2);
+        // Written so that the second counts where the first is NaN.
+        let t = if first > 0.0 { first } else { second };
+        best.offer(t, ANALYTIC | index, ANALYTIC | index);
     }
 
     #[inline]
-    fn meets_spheres(&self, query: &Query, t_max: f64) -> bool {
-        if self.spheres.is_empty() {
+    fn meets_any_analytic(&self, query: &Query, t_max: f64) -> bool {
+        if self.analytic.is_empty() {
             return false;
         }
         let inverse_length2 = query.direction.length_squared().recip();
-        self.spheres.iter().any(|sphere| meets_sphere(sphere, query, inverse_length2, t_max))
+        self.analytic.iter().any(|surface| meets_analytic(surface, query, inverse_length2, t_max))
     }
 
     /// Works out the point of the nearest hit, once per ray.
@@ -186,10 +190,10 @@ impl Accel {
             return None;
         }
         let t = best.t as f32;
-        if best.slot & SPHERE != 0 {
-            let id = best.slot & !SPHERE;
-            let at = self.spheres[id as usize].project(query.origin, query.direction, best.t);
-            return Some(Hit::Sphere { t, id, at });
+        if best.slot & ANALYTIC != 0 {
+            let id = best.slot & !ANALYTIC;
+            let at = self.analytic[id as usize].point(query.origin, query.direction, best.t);
+            return Some(Hit::Analytic { t, id, at });
         }
         let (block, lane) = (&self.blocks[best.slot as usize / LANES], best.slot as usize % LANES);
         let (p, b) = block.point(lane, query);
@@ -203,11 +207,9 @@ fn meets_block<const Z: usize>(block: &Block, query: &Query, t_max: f64) -> bool
 }
 
 #[inline]
-fn meets_sphere(sphere: &Sphere, query: &Query, inverse_length2: f64, t_max: f64) -> bool {
-    let within = |t: f64| t > 0.0 && t < t_max;
-    sphere
-        .intersect(query.origin, query.direction, inverse_length2)
-        .is_some_and(|(t_in, t_out)| within(t_in) || within(t_out))
+fn meets_analytic(surface: &Analytic, query: &Query, inverse_length2: f64, t_max: f64) -> bool {
+    let meetings = surface.meetings(query.origin, query.direction, inverse_length2);
+    meetings.into_iter().any(|t| t > 0.0 && t < t_max)
 }
 
 #[cfg(test)]

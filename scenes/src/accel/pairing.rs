@@ -33,32 +33,39 @@ impl Pair {
 
 /// Pairs each triangle with the next one if they share an edge.
 pub(super) fn pair_up(triangles: &[Triangle]) -> Vec<Pair> {
-    let mut pairs = Vec::with_capacity(triangles.len() / 2 + 1);
-    let mut id = 0;
-    while id < triangles.len() {
-        let shared = triangles.get(id + 1).and_then(|next| shared_edge(&triangles[id], next));
-        match shared {
-            Some((mine, other)) => {
-                let (first, second) = (triangles[id].0, triangles[id + 1].0);
-                let rotation = (mine + 1) % 3;
-                let [a, b, c] = [rotation, mine + 2, mine].map(|v| first[v % 3]);
-                pairs.push(Pair {
-                    corners: [a, b, c, second[(other + 2) % 3]],
-                    members: [
-                        Member { id: id as u32, rotation: rotation as u8 },
-                        Member { id: id as u32 + 1, rotation: other as u8 },
-                    ],
-                });
-                id += 2;
-            }
-            None => {
-                let [a, b, c] = triangles[id].0;
-                pairs.push(Pair { corners: [a, b, c, c], members: [Member { id: id as u32, rotation: 0 }, NOBODY] });
-                id += 1;
+    // Counted first, so that no more is allocated than it takes.
+    let mut pairs = Vec::with_capacity(partners(triangles).count());
+    pairs.extend(partners(triangles).map(|(id, shared)| match shared {
+        Some((mine, other)) => {
+            let (first, second) = (triangles[id].0, triangles[id + 1].0);
+            let rotation = (mine + 1) % 3;
+            let [a, b, c] = [rotation, mine + 2, mine].map(|v| first[v % 3]);
+            Pair {
+                corners: [a, b, c, second[(other + 2) % 3]],
+                members: [
+                    Member { id: id as u32, rotation: rotation as u8 },
+                    Member { id: id as u32 + 1, rotation: other as u8 },
+                ],
             }
         }
-    }
+        None => {
+            let [a, b, c] = triangles[id].0;
+            Pair { corners: [a, b, c, c], members: [Member { id: id as u32, rotation: 0 }, NOBODY] }
+        }
+    }));
     pairs
+}
+
+/// The first triangle of each pair, with the edges that it shares with the next one; None for one that stays single.
+fn partners(triangles: &[Triangle]) -> impl Iterator<Item = (usize, Option<(usize, usize)>)> {
+    let mut next = 0;
+    std::iter::from_fn(move || {
+        let id = next;
+        let first = triangles.get(id)?;
+        let shared = triangles.get(id + 1).and_then(|second| shared_edge(first, second));
+        next += if shared.is_some() { 2 } else { 1 };
+        Some((id, shared))
+    })
 }
 
 /// The edges (each by its first vertex) along which two triangles of the same winding meet.

@@ -1,5 +1,6 @@
 use super::*;
 use crate::needs::Skip;
+use crate::shape::{Cylinder, Disk, Sphere};
 use crate::test_support::{Random, add_room, built, bumpy_ball, grey_builder};
 use glam::{DVec3, dvec3};
 use sampling::vec3;
@@ -13,13 +14,32 @@ pub(super) fn random_triangles(random: &mut Random, count: usize, size: f32) -> 
         .collect()
 }
 
+/// A sphere, a disk or a cylinder, in turn.
+fn random_analytic(random: &mut Random, kind: usize) -> Analytic {
+    let mut vector = |length: f32| (random.direction() * length).as_dvec3();
+    let (place, along, across) = (vector(1.0), vector(0.4), vector(0.3));
+    let radius = 0.1 + 0.3 * random.next_1d();
+    let (x, y) = along.normalize().any_orthonormal_pair();
+    match kind % 3 {
+        0 => Analytic::Sphere(Sphere { center: place.as_vec3(), radius, flipped: kind.is_multiple_of(2) }),
+        1 => Analytic::Disk(Box::new(Disk::new(place, along, across, kind.is_multiple_of(2)).unwrap())),
+        _ => Analytic::Cylinder(Box::new(Cylinder {
+            from: place,
+            axes: [x, y, along.normalize()],
+            length: 0.4,
+            radius: f64::from(radius),
+            flipped: kind.is_multiple_of(2),
+        })),
+    }
+}
+
 fn same(a: &Option<Hit>, b: &Option<Hit>) -> bool {
     match (a, b) {
         (None, None) => true,
         (Some(Hit::Triangle { t, id, p, .. }), Some(Hit::Triangle { t: t2, id: id2, p: p2, .. })) => {
             (t, id, p) == (t2, id2, p2)
         }
-        (Some(Hit::Sphere { t, id, at }), Some(Hit::Sphere { t: t2, id: id2, at: at2 })) => {
+        (Some(Hit::Analytic { t, id, at }), Some(Hit::Analytic { t: t2, id: id2, at: at2 })) => {
             (t, id, at.p) == (t2, id2, at2.p)
         }
         _ => false,
@@ -29,13 +49,11 @@ fn same(a: &Option<Hit>, b: &Option<Hit>) -> bool {
 #[test]
 fn a_list_and_a_tree_find_the_same_hits() {
     let mut random = Random::new(1);
-    for (count, balls) in [(0, 3), (1, 0), (5, 0), (40, 8), (60, 0)] {
+    for (count, balls) in [(0, 3), (0, 12), (1, 0), (5, 0), (40, 20), (60, 0)] {
         let triangles = random_triangles(&mut random, count, 0.4);
-        let spheres: Vec<Sphere> = (0..balls)
-            .map(|i| Sphere { center: random.direction(), radius: 0.1 + 0.3 * random.next_1d(), flipped: i % 2 == 0 })
-            .collect();
-        let list = Accel::build(&triangles, spheres.clone(), Vec3::ZERO, Skip::Unneeded);
-        let tree = Accel::build(&triangles, spheres, Vec3::ZERO, Skip::Nothing);
+        let analytic: Vec<Analytic> = (0..balls).map(|i| random_analytic(&mut random, i)).collect();
+        let list = Accel::build(&triangles, analytic.clone(), Vec3::ZERO, Skip::Unneeded);
+        let tree = Accel::build(&triangles, analytic, Vec3::ZERO, Skip::Nothing);
         assert!(list.nodes.is_empty() && !tree.nodes.is_empty());
         for _ in 0..20_000 {
             let o = random.direction() * 2.0 * random.next_1d();
@@ -167,16 +185,16 @@ fn a_deep_tree_is_still_searched() {
     let accel = Accel::build(&coincident, Vec::new(), Vec3::ZERO, Skip::Unneeded);
     assert!(matches!(accel.closest(&ray), Some(Hit::Triangle { id: 0, .. })) && accel.any(&ray));
     assert!(accel.depth <= tree::DEEPEST);
-    let balls = vec![Sphere { center: Vec3::ZERO, radius: 1.0, flipped: false }; 3000];
+    let balls = vec![Analytic::Sphere(Sphere { center: Vec3::ZERO, radius: 1.0, flipped: false }); 3000];
     let accel = Accel::build(&coincident, balls, Vec3::ZERO, Skip::Unneeded);
-    assert!(matches!(accel.closest(&ray), Some(Hit::Sphere { id: 0, .. })) && accel.any(&ray));
+    assert!(matches!(accel.closest(&ray), Some(Hit::Analytic { id: 0, .. })) && accel.any(&ray));
     assert!(accel.depth <= tree::DEEPEST);
 }
 
 #[test]
 fn a_triangle_seen_edge_on_is_not_met() {
     let triangles = [Triangle([vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0)])];
-    let accel = Accel::build(&triangles, Vec::new(), Vec3::ZERO, Skip::Unneeded);
+    let accel = Accel::build(triangles, Vec::new(), Vec3::ZERO, Skip::Unneeded);
     for d in [Vec3::X, Vec3::Y, vec3(0.6, 0.8, 0.0)] {
         assert!(accel.closest(&Ray::new(vec3(-1.0, 0.2, 0.0), d)).is_none());
     }
@@ -185,13 +203,13 @@ fn a_triangle_seen_edge_on_is_not_met() {
 #[test]
 fn spheres_are_met_from_outside_and_inside_at_any_distance() {
     for (radius, distance) in [(1.0f32, 3.0f32), (1e-3, 100.0), (1e-6, 1.0), (1e5, 2e5)] {
-        let spheres = vec![Sphere { center: vec3(0.0, 0.0, -distance), radius, flipped: false }];
-        let accel = Accel::build(&[], spheres, Vec3::ZERO, Skip::Unneeded);
+        let spheres = vec![Analytic::Sphere(Sphere { center: vec3(0.0, 0.0, -distance), radius, flipped: false })];
+        let accel = Accel::build([], spheres, Vec3::ZERO, Skip::Unneeded);
         let from_outside = accel.closest(&Ray::new(Vec3::ZERO, -Vec3::Z));
-        let Some(Hit::Sphere { t, at, .. }) = from_outside else { panic!("missed {radius} at {distance}") };
+        let Some(Hit::Analytic { t, at, .. }) = from_outside else { panic!("missed {radius} at {distance}") };
         assert!((t - (distance - radius)).abs() <= 4.0 * UNIT * distance && at.ng.dot(Vec3::Z) > 0.999);
         let from_inside = accel.closest(&Ray::new(vec3(0.0, 0.0, -distance), Vec3::X));
-        let Some(Hit::Sphere { t, .. }) = from_inside else { panic!("missed from inside") };
+        let Some(Hit::Analytic { t, .. }) = from_inside else { panic!("missed from inside") };
         assert!((t - radius).abs() <= 4.0 * UNIT * radius);
         // A tangent just inside hits, one just outside does not.
         for (factor, hits) in [(0.999, true), (1.001, false)] {

@@ -2,7 +2,7 @@
 
 use super::query::Query;
 use super::tree::{Child, DEEPEST, LEAF, Node, WIDTH};
-use super::{Accel, Best, SPHERE, meets_block, meets_sphere};
+use super::{ANALYTIC, Accel, Best, meets_analytic, meets_block};
 use crate::ray::{Ray, UNIT_ROUNDOFF};
 use glam::{Vec3, Vec4};
 
@@ -82,8 +82,8 @@ impl Accel {
                 continue;
             }
             if child & LEAF != 0 {
-                if child & SPHERE != 0 {
-                    self.offer_sphere(child & !(LEAF | SPHERE), query, inverse_length2, best);
+                if child & ANALYTIC != 0 {
+                    self.offer_analytic(child & !(LEAF | ANALYTIC), query, inverse_length2, best);
                 } else {
                     self.offer_block::<Z>(child & !LEAF, query, best);
                 }
@@ -122,9 +122,9 @@ impl Accel {
     fn any_with_stack<const Z: usize, const N: usize>(&self, ray: &Ray, query: &Query, t_max: f64) -> bool {
         let inverse_length2 = query.direction.length_squared().recip();
         self.any_leaf::<N>(ray, |leaf| {
-            if leaf & SPHERE != 0 {
-                let sphere = &self.spheres[(leaf & !(LEAF | SPHERE)) as usize];
-                meets_sphere(sphere, query, inverse_length2, t_max)
+            if leaf & ANALYTIC != 0 {
+                let surface = &self.analytic[(leaf & !(LEAF | ANALYTIC)) as usize];
+                meets_analytic(surface, query, inverse_length2, t_max)
             } else {
                 meets_block::<Z>(&self.blocks[(leaf & !LEAF) as usize], query, t_max)
             }

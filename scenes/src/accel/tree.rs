@@ -1,10 +1,10 @@
 //! A tree with four children a node, collapsed from the binary tree that `obvhs` builds.
 
 use super::block::{Block, PAIRS};
-use super::pairing::{Pair, pair_up};
-use super::{Accel, SPHERE};
+use super::pairing::Pair;
+use super::{ANALYTIC, Accel};
 use crate::ray::UNIT_ROUNDOFF;
-use crate::shape::{Sphere, Triangle};
+use crate::shape::Analytic;
 use glam::{Vec3A, Vec4};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -14,7 +14,7 @@ use obvhs::ploc::PlocBuilder;
 use rayon::prelude::*;
 use sampling::Vec3;
 
-/// A child: an inner node, a block of triangles (`LEAF`), or a sphere (`LEAF | SPHERE`).
+/// A child: an inner node, a block of triangles (`LEAF`), or an analytic surface (`LEAF | ANALYTIC`).
 pub(super) type Child = u32;
 /// Marks a child that is a leaf.
 pub(super) const LEAF: Child = 1 << 30;
@@ -36,24 +36,25 @@ const SHAPED_LEVELS: usize = 48;
 pub(super) const DEEPEST: usize = SHAPED_LEVELS + 16;
 
 /// Builds the tree over at least one primitive.
-pub(super) fn build(triangles: &[Triangle], spheres: Vec<Sphere>, eye: Vec3) -> Accel {
-    let pairs = pair_up(triangles);
-    let boxes = boxes_of(&pairs, &spheres);
+pub(super) fn build(pairs: &[Pair], analytic: Vec<Analytic>, eye: Vec3) -> Accel {
+    let boxes = boxes_of(pairs, &analytic);
     let groups = Groups::of(&boxes);
-    let distinct: Vec<Aabb> = groups.iter().map(|group| boxes[group[0] as usize]).collect();
-    let binary = build_binary(&distinct);
+    let binary = match groups.len() == boxes.len() {
+        true => build_binary(&boxes),
+        false => build_binary(&groups.iter().map(|group| boxes[group[0] as usize]).collect::<Vec<_>>()),
+    };
     let extent = boxes.iter().fold(eye.abs().max_element(), |extent, aabb| {
         extent.max(aabb.min.abs().max_element()).max(aabb.max.abs().max_element())
     });
     let mut collapse = Collapse {
         binary: &binary,
         groups: &groups,
-        pairs: &pairs,
+        pairs,
         boxes: &boxes,
         sizes: vec![0; binary.nodes.len()],
         // Shearing moves vertices by a few roundings of their distance to the ray's origin: boxes must hold them still.
         padding: Vec3A::splat(8.0 * UNIT_ROUNDOFF * extent),
-        accel: Accel { spheres, ..Accel::default() },
+        accel: Accel { analytic, ..Accel::default() },
     };
     collapse.measure(0);
     // The root of the wide tree is node 0; a tree of one leaf gets a root with one child.
@@ -79,8 +80,16 @@ impl Groups {
         let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
         order.par_sort_unstable_by_key(|&index| key(index));
         let begins = |&at: &usize| at == 0 || boxes[order[at] as usize] != boxes[order[at - 1] as usize];
-        let starts = (0..order.len()).filter(begins).chain([order.len()]).map(|at| at as u32).collect();
+        let starts: Vec<u32> = (0..order.len()).filter(begins).chain([order.len()]).map(|at| at as u32).collect();
+        if starts.len() == boxes.len() + 1 {
+            // Where no two are alike, each group is the primitive of its number.
+            order = (0..boxes.len() as u32).collect();
+        }
         Groups { order, starts }
+    }
+
+    fn len(&self) -> usize {
+        self.starts.len() - 1
     }
 
     fn get(&self, group: u32) -> &[u32] {
@@ -109,17 +118,10 @@ fn build_binary(boxes: &[Aabb]) -> Bvh2 {
     binary
 }
 
-fn boxes_of(pairs: &[Pair], spheres: &[Sphere]) -> Vec<Aabb> {
-    let of_pair = |pair: &Pair| {
-        let (low, high) = pair.extent();
-        Aabb::new(low.into(), high.into())
-    };
-    let of_sphere = |s: &Sphere| {
-        let (center, radius) = (Vec3A::from(s.center), Vec3A::splat(s.radius));
-        Aabb::new(center - radius, center + radius)
-    };
-    let mut boxes: Vec<Aabb> = pairs.par_iter().map(of_pair).collect();
-    boxes.extend(spheres.iter().map(of_sphere));
+fn boxes_of(pairs: &[Pair], analytic: &[Analytic]) -> Vec<Aabb> {
+    let of = |(low, high): (Vec3, Vec3)| Aabb::new(low.into(), high.into());
+    let mut boxes: Vec<Aabb> = pairs.par_iter().map(|pair| of(pair.extent())).collect();
+    boxes.extend(analytic.iter().map(|surface| of(surface.extent())));
     boxes
 }
 
@@ -135,7 +137,7 @@ struct Collapse<'a> {
     groups: &'a Groups,
     pairs: &'a [Pair],
     boxes: &'a [Aabb],
-    /// Number of pairs under each binary node; more than a block holds if one of them is a sphere.
+    /// Number of pairs under each binary node; more than a block holds if one of them is none.
     sizes: Vec<u32>,
     padding: Vec3A,
     accel: Accel,
@@ -164,8 +166,8 @@ impl Collapse<'_> {
             let node = &self.binary.nodes[index];
             self.sizes[index] = if node.is_leaf() {
                 let primitives = self.primitives(index);
-                let spheres = primitives.iter().any(|&p| p as usize >= self.pairs.len());
-                if spheres { PAIRS as u32 + 1 } else { primitives.len() as u32 }
+                let analytic = primitives.iter().any(|&p| p as usize >= self.pairs.len());
+                if analytic { PAIRS as u32 + 1 } else { primitives.len() as u32 }
             } else {
                 let first = node.first_index as usize;
                 self.sizes[first].saturating_add(self.sizes[first + 1])
@@ -261,12 +263,12 @@ impl Collapse<'_> {
         found
     }
 
-    /// Lays down pairs of triangles as a block, or one sphere.
+    /// Lays down pairs of triangles as a block, or one analytic surface.
     fn emit_leaf(&mut self, primitives: &[u32]) -> Child {
         if let [only] = *primitives
             && only as usize >= self.pairs.len()
         {
-            return LEAF | SPHERE | (only - self.pairs.len() as u32);
+            return LEAF | ANALYTIC | (only - self.pairs.len() as u32);
         }
         let pairs: Vec<Pair> = primitives.iter().map(|&pair| self.pairs[pair as usize]).collect();
         self.accel.blocks.push(Block::new(&pairs));

@@ -1,6 +1,5 @@
 //! From what was given to what is traced.
 
-use super::check::similarity_scale;
 use super::hash::hash;
 use super::parts::Parts;
 use super::{Environment, SceneBuilder, Shape};
@@ -14,9 +13,7 @@ use crate::error::SceneError;
 use crate::material::Material;
 use crate::needs::Skip;
 use crate::scene::{BoundingSphere, Scene};
-use crate::shape::Geometry;
 use glam::DVec3;
-use rayon::prelude::*;
 use sampling::bsdf::Bsdf;
 use std::sync::Arc;
 
@@ -61,7 +58,7 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
     let choice_rule = builder.choice_rule.unwrap_or_else(|| ChoiceRule::for_emitters(&parts.emitters));
     let hash = hash(&parts.content(&given, environment, &camera), choice_rule);
     let (needs, facts) = (parts.needs(skip), parts.needs(Skip::Unneeded));
-    let accel = Accel::build(&parts.triangles, parts.spheres, camera.position(), skip);
+    let accel = Accel::build(parts.triangles, parts.analytic, camera.position(), skip);
     Ok(Scene {
         name: builder.name,
         camera,
@@ -78,7 +75,7 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
         bounds,
         accel,
         triangles: parts.infos,
-        spheres: parts.sphere_infos,
+        analytic: parts.analytic_infos,
         surfaces: parts.surfaces,
         attributes: parts.attributes,
         materials: parts.materials,
@@ -107,34 +104,12 @@ fn surrounding(environment: &Environment, bounds: BoundingSphere) -> Result<Emit
 fn recentring(shapes: &[Shape]) -> DVec3 {
     let (low, high) = shapes
         .iter()
-        .map(extent)
+        .map(Shape::extent)
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), (shape_low, shape_high)| {
             (low.min(shape_low), high.max(shape_high))
         });
     let (center, half) = ((low + high) / 2.0, (high - low) / 2.0);
     if center.is_finite() && center.abs().max_element() > 4.0 * half.max_element() { center } else { DVec3::ZERO }
-}
-
-fn extent(shape: &Shape) -> (DVec3, DVec3) {
-    let place = |p: DVec3| shape.transform.transform_point3(p);
-    match &shape.geometry {
-        &Geometry::Quad { origin, edge_u, edge_v } => {
-            let corners = [origin, origin + edge_u, origin + edge_v, origin + edge_u + edge_v].map(place);
-            (
-                corners.into_iter().reduce(DVec3::min).unwrap_or(origin),
-                corners.into_iter().reduce(DVec3::max).unwrap_or(origin),
-            )
-        }
-        &Geometry::Sphere { center, radius } => {
-            let radius = radius * similarity_scale(&shape.transform.matrix3).unwrap_or(1.0);
-            (place(center) - radius, place(center) + radius)
-        }
-        Geometry::Mesh(mesh) => mesh
-            .positions
-            .par_iter()
-            .map(|&p| (place(p), place(p)))
-            .reduce(|| (DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), (l, h)| (low.min(l), high.max(h))),
-    }
 }
 
 fn materials(given: &[Material], shift: DVec3, skip: Skip) -> Vec<Material> {

@@ -88,6 +88,8 @@ impl Shape {
         let kind = match self.geometry {
             Geometry::Quad { .. } => "quad",
             Geometry::Sphere { .. } => "sphere",
+            Geometry::Disk { .. } => "disk",
+            Geometry::Cylinder { .. } => "cylinder",
             Geometry::Mesh(_) => "mesh",
         };
         format!("shapes[{index}] (a {kind})")
@@ -114,15 +116,22 @@ fn check_shape(shape: &Shape, name: &str, materials: usize) -> Result<(), SceneE
             if !center.is_finite() {
                 return Err(not_finite(name));
             }
-            if !(radius.is_finite() && *radius > 0.0) {
-                return Err(SceneError::invalid(format!("{name} has radius {radius}"), "give a positive radius"));
+            check_radius(*radius, shape, name, "sphere")?;
+        }
+        Geometry::Disk { center, edge_u, edge_v } => {
+            if !(center.is_finite() && edge_u.is_finite() && edge_v.is_finite()) {
+                return Err(not_finite(name));
             }
-            similarity_scale(&shape.transform.matrix3).ok_or_else(|| {
-                SceneError::invalid(
-                    format!("the transform of {name} does not leave it a sphere"),
-                    "scale it by the same factor along all axes, or use a mesh",
-                )
-            })?;
+        }
+        Geometry::Cylinder { from, to, radius } => {
+            if !(from.is_finite() && to.is_finite()) {
+                return Err(not_finite(name));
+            }
+            if from == to {
+                let message = format!("{name} has no length");
+                return Err(SceneError::invalid(message, "give two ends that differ"));
+            }
+            check_radius(*radius, shape, name, "cylinder")?;
         }
         Geometry::Mesh(mesh) => mesh.check().map_err(|error| renamed(error, name))?,
     }
@@ -133,9 +142,22 @@ fn check_shape(shape: &Shape, name: &str, materials: usize) -> Result<(), SceneE
     }
     match radiance {
         Texture::Constant(value) => check_light(*value, name),
-        Texture::Ramp { .. } => Ok(()),
-        _ => Err(SceneError::invalid(format!("{name} is neither a colour nor a ramp"), "give one of these")),
+        // Looked at once it is known where the surface is.
+        _ => Ok(()),
     }
+}
+
+/// What is round stays round only under a similarity.
+fn check_radius(radius: f64, shape: &Shape, name: &str, kind: &str) -> Result<(), SceneError> {
+    if !(radius.is_finite() && radius > 0.0) {
+        return Err(SceneError::invalid(format!("{name} has radius {radius}"), "give a positive radius"));
+    }
+    similarity_scale(&shape.transform.matrix3).map(|_| ()).ok_or_else(|| {
+        SceneError::invalid(
+            format!("the transform of {name} does not leave it a {kind}"),
+            "scale it by the same factor along all axes, or use a mesh",
+        )
+    })
 }
 
 /// The factor by which a similarity scales lengths; None for any other map.

@@ -3,16 +3,16 @@
 use crate::camera::Camera;
 use crate::emitter::{ChoiceRule, Emitter, EmitterId};
 use crate::material::Material;
-use crate::shape::{Sphere, Triangle};
-use crate::surface::{Attributes, SphereInfo, Surface, TriangleInfo};
+use crate::shape::{Analytic, Triangle};
+use crate::surface::{AnalyticInfo, Attributes, Surface, TriangleInfo};
 use std::fmt::Debug;
 
 /// Everything an image depends on.
 pub(super) struct Content<'a> {
     pub triangles: &'a [Triangle],
     pub infos: &'a [TriangleInfo],
-    pub spheres: &'a [Sphere],
-    pub sphere_infos: &'a [SphereInfo],
+    pub analytic: &'a [Analytic],
+    pub analytic_infos: &'a [AnalyticInfo],
     pub surfaces: &'a [Surface],
     pub attributes: &'a [Attributes],
     pub materials: &'a [Material],
@@ -41,8 +41,8 @@ pub(super) fn hash(content: &Content, choice_rule: ChoiceRule) -> String {
         hasher.section("colours", attributes.colours.len());
         attributes.colours.iter().for_each(|colour| hasher.floats(colour.to_array()));
     }
-    hasher.listing("spheres", content.spheres);
-    hasher.listing("surfaces of spheres", content.sphere_infos);
+    hasher.listing("spheres", content.analytic);
+    hasher.listing("surfaces of spheres", content.analytic_infos);
     hasher.listing("surfaces", content.surfaces);
     hasher.listing("materials", content.materials);
     hasher.section("emitters", content.emitters.len());

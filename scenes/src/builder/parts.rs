@@ -2,22 +2,22 @@
 
 use super::check::{check_light, similarity_scale};
 use super::hash::Content;
-use super::varying::{Looked, look};
+use super::varying::{Looked, check_coordinates, look};
 use super::{MaterialName, Shape};
 use crate::accel::FEW;
 use crate::camera::Camera;
-use crate::emitter::{AreaEmitter, AreaShape, Emission, Emitter, EmitterId};
+use crate::emitter::{Emission, Emitter, EmitterId};
 use crate::error::SceneError;
 use crate::material::Material;
 use crate::needs::{Needs, Skip};
 use crate::scene::BoundingSphere;
-use crate::shape::{BakedMesh, Geometry, MeshData, Parallelogram, Sphere, Triangle, bake_mesh};
+use crate::shape::{
+    Analytic, BakedMesh, Cylinder, Disk, Geometry, MeshData, Parallelogram, Sphere, Triangle, bake_mesh,
+};
 use crate::subsurface::{self, Places};
-use crate::surface::{Attributes, SphereInfo, Surface, TriangleInfo, derivatives};
-use crate::texture::{SurfaceCoordinates, Texture};
+use crate::surface::{AnalyticInfo, Attributes, Chart, SphereChart, Surface, TriangleInfo, derivatives};
 use glam::DVec3;
 use sampling::bsdf::Lobes;
-use sampling::math::Spectrum;
 use sampling::{Vec2, Vec3};
 use std::ops::Range;
 
@@ -31,8 +31,8 @@ pub(super) struct Parts {
     pub material_names: Vec<MaterialName>,
     pub triangles: Vec<Triangle>,
     pub infos: Vec<TriangleInfo>,
-    pub spheres: Vec<Sphere>,
-    pub sphere_infos: Vec<SphereInfo>,
+    pub analytic: Vec<Analytic>,
+    pub analytic_infos: Vec<AnalyticInfo>,
     pub surfaces: Vec<Surface>,
     pub attributes: Vec<Attributes>,
     pub emitters: Vec<Emitter>,
@@ -42,8 +42,12 @@ pub(super) struct Parts {
 
 /// Where the surface of a shape went.
 pub(super) enum Placed {
-    Sphere(Sphere),
-    Quad { quad: Parallelogram, range: Range<usize> },
+    /// Behind all other analytic surfaces.
+    Analytic,
+    Quad {
+        quad: Parallelogram,
+        range: Range<usize>,
+    },
     Mesh(Range<usize>),
 }
 
@@ -72,9 +76,13 @@ impl Parts {
             None => None,
             Some(given) => {
                 let emission = Emission { radiance: given.radiance.recentred(shift), ..given };
-                let ends = Looked::new(self, &placed, attributes_before).ends(&emission.radiance);
-                ends.into_iter().try_for_each(|value| check_light(value, &format!("the radiance of {name}")))?;
-                self.emitters.push(Emitter::Area(self.area_emitter(&placed, emission, &name)?));
+                let surface = Looked::new(self, &placed, attributes_before);
+                let named = format!("the radiance of {name}");
+                check_coordinates(&[&emission.radiance], &surface, &named)?;
+                let ends = surface.ends(&emission.radiance);
+                ends.iter().try_for_each(|value| check_light(*value, &named))?;
+                let attributes = self.attributes.get(attributes_before);
+                self.emitters.push(Emitter::Area(self.area_emitter(&placed, emission, attributes, &ends, &name)?));
                 Some(EmitterId((self.emitters.len() - 1) as u32))
             }
         };
@@ -84,23 +92,44 @@ impl Parts {
     }
 
     fn place(&mut self, shape: Shape, name: &str, shift: DVec3) -> Result<Placed, SceneError> {
-        let Shape { geometry, transform, flipped, material, .. } = shape;
+        let Shape { geometry, transform, flipped, material, emission } = shape;
         match geometry {
             Geometry::Sphere { center, radius } => {
                 let scale = similarity_scale(&transform.matrix3).expect("checked before");
                 let center = (transform.transform_point3(center) - shift).as_vec3();
                 let sphere = Sphere { center, radius: (radius * scale) as f32, flipped };
-                self.spheres.push(sphere);
                 let axis = |axis: DVec3| transform.transform_vector3(axis).normalize_or(axis).as_vec3();
-                let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(axis);
-                let surface = self.surfaces.len() as u32;
-                self.sphere_infos.push(SphereInfo { surface, flipped, radius: sphere.radius, axes });
-                Ok(Placed::Sphere(sphere))
+                let chart = SphereChart { flipped, radius: sphere.radius, axes: DVec3::AXES.map(axis) };
+                Ok(self.add_analytic(Analytic::Sphere(sphere), Chart::Sphere(chart)))
+            }
+            Geometry::Disk { center, edge_u, edge_v } => {
+                let [edge_u, edge_v] = [edge_u, edge_v].map(|edge| transform.transform_vector3(edge));
+                // The front is the image of the front, and turns over against the edges where the transform mirrors.
+                let flipped = flipped != (transform.matrix3.determinant() < 0.0);
+                let disk = Disk::new(transform.transform_point3(center) - shift, edge_u, edge_v, flipped);
+                let disk = disk.map(Box::new).ok_or_else(|| {
+                    SceneError::invalid(format!("{name} has no area"), "give two edges that are not parallel")
+                })?;
+                Ok(self.add_analytic(Analytic::Disk(disk.clone()), Chart::Disk(disk)))
+            }
+            Geometry::Cylinder { from, to, radius } => {
+                let scale = similarity_scale(&transform.matrix3).expect("checked before");
+                let along = (to - from).normalize();
+                let (x, y) = along.any_orthonormal_pair();
+                let cylinder = Box::new(Cylinder {
+                    from: transform.transform_point3(from) - shift,
+                    axes: [x, y, along].map(|axis| transform.transform_vector3(axis).normalize()),
+                    length: (to - from).length() * scale,
+                    radius: radius * scale,
+                    flipped,
+                });
+                Ok(self.add_analytic(Analytic::Cylinder(cylinder.clone()), Chart::Cylinder(cylinder)))
             }
             Geometry::Quad { origin, edge_u, edge_v } => {
                 let positions = vec![origin, origin + edge_u, origin + edge_u + edge_v, origin + edge_v];
                 let material = &self.materials[material.0 as usize];
-                let uvs = match material.varying().is_some() || material.needs_derivatives() {
+                let shines = emission.is_some_and(|emission| emission.radiance.needs_uv());
+                let uvs = match material.varying().is_some() || material.needs_derivatives() || shines {
                     true => vec![Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y],
                     false => Vec::new(),
                 };
@@ -118,6 +147,12 @@ impl Parts {
             }
             Geometry::Mesh(mesh) => Ok(Placed::Mesh(self.add_mesh(bake_mesh(mesh, &transform, flipped, shift)))),
         }
+    }
+
+    fn add_analytic(&mut self, analytic: Analytic, chart: Chart) -> Placed {
+        self.analytic.push(analytic);
+        self.analytic_infos.push(AnalyticInfo { surface: self.surfaces.len() as u32, chart });
+        Placed::Analytic
     }
 
     fn add_mesh(&mut self, mesh: BakedMesh) -> Range<usize> {
@@ -151,57 +186,19 @@ impl Parts {
         attributes.derivatives = triangles.iter().zip(corners).map(|(t, uvs)| derivatives(t.0, uvs)).collect();
     }
 
-    fn area_emitter(&self, placed: &Placed, emission: Emission, name: &str) -> Result<AreaEmitter, SceneError> {
-        let radiance = &emission.radiance;
-        let (shape, area, mean_radiance) = match placed {
-            // A ramp is linear, so that its mean over a sphere or a triangle is its value in the middle.
-            Placed::Sphere(sphere) => (
-                AreaShape::Sphere(*sphere),
-                f64::from(sphere.area()),
-                radiance.at(&SurfaceCoordinates::of(sphere.center)),
-            ),
-            Placed::Quad { quad, range, .. } => {
-                let (area, mean) = area_and_mean(&self.triangles[range.clone()], radiance);
-                (AreaShape::Quad(*quad), area, mean)
-            }
-            Placed::Mesh(range) => {
-                let (area, mean) = area_and_mean(&self.triangles[range.clone()], radiance);
-                (self.emitting_mesh(range.clone()), area, mean)
-            }
-        };
-        if area.is_nan() || area <= 0.0 {
-            return Err(SceneError::invalid(
-                format!("{name} emits but has no area"),
-                "give it at least one triangle with an area",
-            ));
-        }
-        Ok(AreaEmitter { shape, emission, area: area as f32, mean_radiance })
-    }
-
-    fn emitting_mesh(&self, range: Range<usize>) -> AreaShape {
-        let triangles: Vec<(Triangle, Vec3)> =
-            range.map(|index| (self.triangles[index], self.infos[index].ng)).collect();
-        let cumulative = triangles
-            .iter()
-            .scan(0.0, |sum, (triangle, _)| {
-                *sum += triangle.area();
-                Some(*sum)
-            })
-            .collect();
-        AreaShape::Mesh { triangles, cumulative }
-    }
-
     /// Coordinates must stay where their products are finite.
     pub fn check_extent(&self, camera: &Camera) -> Result<(), SceneError> {
         let vertices = self.triangles.iter().flat_map(|t| t.0);
-        let spheres = self.spheres.iter().map(|s| s.center.abs() + Vec3::splat(s.radius));
+        let farthest = |(low, high): (Vec3, Vec3)| low.abs().max(high.abs());
+        let analytic = self.analytic.iter().map(|surface| farthest(surface.extent()));
         let largest =
-            vertices.chain(spheres).chain([camera.position()]).map(|p| p.abs().max_element()).fold(0.0, f32::max);
-        if largest <= FARTHEST && self.spheres.iter().all(|s| s.radius > 0.0) {
+            vertices.chain(analytic).chain([camera.position()]).map(|p| p.abs().max_element()).fold(0.0, f32::max);
+        let visible = |surface: &Analytic| surface.balls().iter().all(|(_, radius)| *radius > 0.0);
+        if largest <= FARTHEST && self.analytic.iter().all(visible) {
             return Ok(());
         }
         Err(SceneError::invalid(
-            format!("the scene reaches {largest:e} m from its middle, or has a sphere too small for its place"),
+            format!("the scene reaches {largest:e} m from its middle, or has a shape too small for its place"),
             "give its coordinates in a unit that suits its size",
         ))
     }
@@ -209,23 +206,24 @@ impl Parts {
     /// A sphere around all surfaces, rounded up.
     pub fn bounds(&self) -> BoundingSphere {
         let vertices = || self.triangles.iter().flat_map(|t| t.0);
-        let around = |s: &Sphere| [s.center - s.radius, s.center + s.radius];
+        let corners = |surface: &Analytic| <[Vec3; 2]>::from(surface.extent());
         let (low, high) = vertices()
-            .chain(self.spheres.iter().flat_map(around))
+            .chain(self.analytic.iter().flat_map(corners))
             .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
         if !low.is_finite() {
             return BoundingSphere { center: Vec3::ZERO, radius: 1.0 };
         }
         let center = (low + high) * 0.5;
         let reach = vertices().map(|v| v.distance(center)).fold(0.0, f32::max);
-        let reach = self.spheres.iter().map(|s| s.center.distance(center) + s.radius).fold(reach, f32::max);
+        let balls = self.analytic.iter().flat_map(Analytic::balls);
+        let reach = balls.map(|(middle, radius)| middle.distance(center) + radius).fold(reach, f32::max);
         BoundingSphere { center, radius: reach * (1.0 + 8.0 * f32::EPSILON) }
     }
 
     /// Notes of every body where its surfaces are; called once all shapes are there.
     pub fn bound_bodies(&mut self) {
-        let Parts { materials, surfaces, triangles, infos, spheres, sphere_infos, .. } = self;
-        subsurface::bound(materials, &Places { surfaces, triangles, infos, spheres, sphere_infos });
+        let Parts { materials, surfaces, triangles, infos, analytic, analytic_infos, .. } = self;
+        subsurface::bound(materials, &Places { surfaces, triangles, infos, analytic, analytic_infos });
     }
 
     /// What the scene asks of a method; called once all emitters are there.
@@ -236,7 +234,7 @@ impl Parts {
         let textured =
             |emitter: &Emitter| matches!(emitter, Emitter::Area(area) if !area.emission.radiance.is_constant());
         let bright = || self.emitters.iter().filter(|emitter| emitter.power() > 0.0);
-        let primitives = self.triangles.len() + self.spheres.len();
+        let primitives = self.triangles.len() + self.analytic.len();
         Needs {
             skip,
             environment: everything || self.emitters.iter().any(Emitter::is_environment),
@@ -267,8 +265,8 @@ impl Parts {
         Content {
             triangles: &self.triangles,
             infos: &self.infos,
-            spheres: &self.spheres,
-            sphere_infos: &self.sphere_infos,
+            analytic: &self.analytic,
+            analytic_infos: &self.analytic_infos,
             surfaces: &self.surfaces,
             attributes: &self.attributes,
             materials,
@@ -282,19 +280,8 @@ impl Parts {
 /// The corners of a quad whose two triangles share the diagonal from their first vertex, whichever way they wind.
 fn parallelogram(first: [Vec3; 3], second: [Vec3; 3], normals: [Vec3; 2]) -> Parallelogram {
     if first[2] == second[1] {
-        return Parallelogram { corners: [first[0], first[1], first[2], second[2]], normals };
+        return Parallelogram { corners: [first[0], first[1], first[2], second[2]], normals, turned: false };
     }
-    Parallelogram { corners: [first[0], second[1], first[1], first[2]], normals: [normals[1], normals[0]] }
-}
-
-fn area_and_mean(triangles: &[Triangle], radiance: &Texture) -> (f64, Spectrum) {
-    let area: f64 = triangles.iter().map(Triangle::area).sum();
-    let mut mean = [0.0f64; 3];
-    for triangle in triangles {
-        let share = triangle.area() / area;
-        for (sum, value) in mean.iter_mut().zip(radiance.at(&SurfaceCoordinates::of(triangle.centroid())).to_array()) {
-            *sum += share * f64::from(value);
-        }
-    }
-    (area, Spectrum::from(mean.map(|value| value as f32)))
+    let corners = [first[0], second[1], first[1], first[2]];
+    Parallelogram { corners, normals: [normals[1], normals[0]], turned: true }
 }

@@ -6,8 +6,9 @@ use super::check::check_domain;
 use super::parts::{Parts, Placed};
 use crate::error::SceneError;
 use crate::material::{Parameters, Scattering, Varying};
-use crate::shape::{Sphere, Triangle};
-use crate::surface::{Attributes, SphereInfo};
+use crate::ray::SurfacePoint;
+use crate::shape::{Analytic, Sphere, Triangle};
+use crate::surface::{Attributes, Chart};
 use crate::texture::{SurfaceCoordinates, Texture};
 use sampling::bsdf::{Bsdf, Domain};
 use sampling::math::Spectrum;
@@ -18,7 +19,7 @@ const POINTS: usize = 1024;
 
 /// A surface, to be looked at.
 pub(super) enum Looked<'a> {
-    Sphere(&'a Sphere, &'a SphereInfo),
+    Analytic(&'a Analytic, &'a Chart),
     /// The attributes are those of all triangles.
     Mesh(&'a [Triangle], Option<&'a Attributes>),
 }
@@ -27,9 +28,9 @@ impl<'a> Looked<'a> {
     /// The surface that has just been placed; `index` is the place of its attributes, if it has any.
     pub fn new(parts: &'a Parts, placed: &Placed, index: usize) -> Self {
         match placed {
-            Placed::Sphere(_) => {
-                let last = parts.spheres.len() - 1;
-                Self::Sphere(&parts.spheres[last], &parts.sphere_infos[last])
+            Placed::Analytic => {
+                let last = parts.analytic.len() - 1;
+                Self::Analytic(&parts.analytic[last], &parts.analytic_infos[last].chart)
             }
             Placed::Quad { range, .. } | Placed::Mesh(range) => {
                 Self::Mesh(&parts.triangles[range.clone()], parts.attributes.get(index))
@@ -43,8 +44,8 @@ impl<'a> Looked<'a> {
             return vec![low, high];
         }
         match self {
-            Self::Sphere(sphere, _) => {
-                let (low, high) = texture.range_in_ball(sphere.center, sphere.radius);
+            Self::Analytic(surface, _) => {
+                let (low, high) = texture.range_around(surface.middle(), |axis| surface.reach(axis));
                 vec![Spectrum::splat(low), Spectrum::splat(high)]
             }
             Self::Mesh(_, attributes) if *texture == Texture::VertexColour => {
@@ -57,20 +58,19 @@ impl<'a> Looked<'a> {
     }
 
     /// Vertices or poles, and points spread over the surface.
-    fn points(&self) -> Vec<SurfaceCoordinates> {
-        match self {
-            Self::Sphere(sphere, info) => {
-                let axes = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::ONE.normalize()];
-                let poles = axes.into_iter().flat_map(|axis| [axis, -axis]);
-                let spread = (0..POINTS).map(|i| sampling::warp::uniform_sphere(spread(i)));
-                let point = |outwards: Vec3| {
-                    let ng = if info.flipped { -outwards } else { outwards };
-                    info.coordinates(sphere.center + outwards * sphere.radius, ng)
+    fn points(&self) -> Box<dyn Iterator<Item = SurfaceCoordinates> + '_> {
+        match *self {
+            Self::Analytic(surface, chart) => {
+                let at = move |at: SurfacePoint| chart.coordinates(at.p, at.ng);
+                let poles = match surface {
+                    Analytic::Sphere(sphere) => sphere_poles(sphere),
+                    Analytic::Disk(_) | Analytic::Cylinder(_) => Vec::new(),
                 };
-                poles.chain(spread).map(point).collect()
+                let spread = (0..POINTS).map(move |i| surface.sample(spread(i)));
+                Box::new(poles.into_iter().chain(spread).map(at))
             }
             Self::Mesh(triangles, attributes) => {
-                let point = |index: usize, b: Vec2| {
+                let point = move |index: usize, b: Vec2| {
                     let [v0, v1, v2] = triangles[index].0;
                     let p = v0 * (1.0 - b.x - b.y) + v1 * b.x + v2 * b.y;
                     let Some(attributes) = attributes else {
@@ -78,19 +78,27 @@ impl<'a> Looked<'a> {
                     };
                     attributes.coordinates(p, attributes.first + index as u32, b)
                 };
-                let corners = (0..triangles.len()).flat_map(|i| [Vec2::ZERO, Vec2::X, Vec2::Y].map(|b| point(i, b)));
-                let inside = (0..if triangles.is_empty() { 0 } else { POINTS }).map(|i| {
+                let corners =
+                    (0..triangles.len()).flat_map(move |i| [Vec2::ZERO, Vec2::X, Vec2::Y].map(|b| point(i, b)));
+                let inside = (0..if triangles.is_empty() { 0 } else { POINTS }).map(move |i| {
                     let b = spread(i);
                     point(i % triangles.len(), if b.x + b.y > 1.0 { Vec2::ONE - b } else { b })
                 });
-                corners.chain(inside).collect()
+                Box::new(corners.chain(inside))
             }
         }
     }
 }
 
+/// The ends of a sphere's axes and of a diagonal.
+fn sphere_poles(sphere: &Sphere) -> Vec<SurfacePoint> {
+    let axes = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::ONE.normalize()];
+    let outwards = axes.into_iter().flat_map(|axis| [axis, -axis]);
+    outwards.map(|outwards| sphere.project(sphere.center.as_dvec3(), outwards.as_dvec3(), 1.0)).collect()
+}
+
 /// The `i`-th of a sequence of points that spreads over the unit square: multiples of the reciprocals of the plastic number.
-fn spread(i: usize) -> Vec2 {
+pub(super) fn spread(i: usize) -> Vec2 {
     let part = |step: f64| ((i as f64 + 0.5) * step).fract() as f32;
     vec2(part(0.754_877_666_246_692_8), part(0.569_840_290_998_053_3))
 }
@@ -108,7 +116,7 @@ pub(super) fn look(
 }
 
 fn look_at(varying: &Varying, surface: &Looked, name: &str) -> Result<Vec<Bsdf>, SceneError> {
-    check_coordinates(varying, surface, name)?;
+    check_coordinates(&varying.all_textures().collect::<Vec<_>>(), surface, name)?;
     if let Some(opacity) = &varying.opacity {
         check_ends(("opacity", Domain::Number(0.0, 1.0), opacity), surface, name)?;
     }
@@ -131,18 +139,25 @@ fn look_at_scattering(scattering: &Scattering, surface: &Looked, name: &str) -> 
 
 fn look_at_parameters(varying: &Parameters, surface: &Looked, name: &str) -> Result<Vec<Bsdf>, SceneError> {
     varying.textures().try_for_each(|texture| check_ends(texture, surface, name))?;
-    let mut seen = Vec::new();
+    let mut seen: Vec<Bsdf> = Vec::new();
+    // One of a kind is enough: a large mesh has millions of points.
+    let mut note = |bsdf: Bsdf| {
+        let kind = |bsdf: &Bsdf| (bsdf.lobes(), bsdf.is_anisotropic());
+        if seen.iter().all(|other| kind(other) != kind(&bsdf)) {
+            seen.push(bsdf);
+        }
+    };
     for point in surface.points() {
         let bsdf = varying.with(|texture| texture.at(&point)).map_err(|misfit| {
             let message = format!("the `{}` of {name} doesn't go with its other parameters", misfit.parameter);
             SceneError::invalid(message, misfit.mend)
         })?;
         check_fixed(varying, &bsdf, name)?;
-        seen.push(bsdf);
+        note(bsdf);
     }
     let extremes = extremes(varying, surface);
     extremes.iter().try_for_each(|bsdf| check_fixed(varying, bsdf, name))?;
-    seen.extend(extremes);
+    extremes.into_iter().for_each(note);
     Ok(seen)
 }
 
@@ -181,17 +196,19 @@ fn extremes(varying: &Parameters, surface: &Looked) -> Vec<Bsdf> {
     found
 }
 
-/// A material that is read by texture coordinates or vertex colours needs a surface that has them.
-fn check_coordinates(varying: &Varying, surface: &Looked, name: &str) -> Result<(), SceneError> {
+/// What is read by texture coordinates or vertex colours needs a surface that has them.
+pub(super) fn check_coordinates(textures: &[&Texture], surface: &Looked, name: &str) -> Result<(), SceneError> {
     let lacks = |what: &str| {
-        let mend = format!("give a mesh {what}, or the material something that does without");
+        let mend = format!("give a mesh {what}, or use something that does without");
         Err(SceneError::invalid(format!("{name} is read by {what}, which there are none of"), mend))
     };
-    let coloured = varying.all_textures().any(|texture| *texture == Texture::VertexColour);
+    let coloured = textures.contains(&&Texture::VertexColour);
     let Looked::Mesh(_, attributes) = surface else {
         return if coloured { lacks("vertex colours") } else { Ok(()) };
     };
-    if varying.all_textures().any(Texture::needs_uv) && attributes.is_none_or(|attributes| attributes.uvs.is_empty()) {
+    if textures.iter().any(|texture| texture.needs_uv())
+        && attributes.is_none_or(|attributes| attributes.uvs.is_empty())
+    {
         return lacks("texture coordinates");
     }
     if coloured && attributes.is_none_or(|attributes| attributes.colours.is_empty()) {

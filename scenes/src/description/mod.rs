@@ -14,7 +14,7 @@
 //! type = "lambert"        # the name of a model, as `neumann list bsdfs` has them
 //! albedo = 0.7            # a number, [r, g, b], or { ramp = { base = 0.5, slope = 0.4, axis = [0, 0, 1] } }
 //! [[shapes]]
-//! type = "sphere"         # sphere, quad, mesh
+//! type = "sphere"         # sphere, quad, disk, cylinder, mesh
 //! center = [0, 0, 0]
 //! radius = 1
 //! material = "white"

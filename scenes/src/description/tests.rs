@@ -5,6 +5,7 @@ use crate::scene::Scene;
 use std::path::Path;
 
 mod emitters;
+mod shapes;
 mod textures;
 
 const CAMERA: &str = "[camera]\nposition = [0, 0, 3]\ntarget = [0, 0, 0]\n";
@@ -282,7 +283,7 @@ fn transforms_keep_volume_and_spheres() {
     );
     expect(
         &with("[{ matrix = [1, 2] }]"),
-        "11: `shapes[0].transform[0].matrix` is `[1, 2]`; it must be a matrix, row by row: 16 numbers in [ ]",
+        "11: `shapes[0].transform[0].matrix` is `[1, 2]`; it must be a matrix, row by row: 12 or 16 numbers in [ ]",
     );
     expect(&with("[{ matrix = [1,0,0,0,0,1,0,0,0,0,1,0,0,0,1,1] }]"), "11: `shapes[0].transform[0].matrix` is");
     expect(
@@ -318,7 +319,10 @@ fn meshes_are_checked() {
         "7: a mesh has neither `file` nor `vertices`; add `file = \"mesh.obj\"`, or `vertices` and `faces`",
     );
     expect(&mesh("file = \"nowhere.obj\""), "9: `shapes[0].file` is `\"nowhere.obj\"`; there is no file ./nowhere.obj");
-    expect(&mesh("file = \"mesh.stl\""), "9: `shapes[0].file` is `\"mesh.stl\"`; meshes are read from .obj files");
+    expect(
+        &mesh("file = \"mesh.stl\""),
+        "9: `shapes[0].file` is `\"mesh.stl\"`; meshes are read from .obj and .ply files",
+    );
     let quad = "type = \"quad\"\norigin = [0, 0, 0]\nedge_u = [1, 0, 0]\nedge_v = [2, 0, 0]";
     let text = replaced("type = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1", quad);
     expect(&text, "11: `shapes[0].edge_v` is `[2, 0, 0]`; `edge_u` and `edge_v` must span an area");

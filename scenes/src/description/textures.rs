@@ -39,7 +39,8 @@ impl<'f> Textures<'f> {
     /// - `{ checkerboard = [a, b], uv_scale = 1, uv_offset = [0, 0] }`;
     /// - `{ noise = { low = 0, high = 1, size = 1, octaves = 1, seed = 0 } }`;
     /// - `{ vertex_colours = true }`;
-    /// - a ramp, see [`colour_or_ramp`].
+    /// - a ramp: `{ ramp = { base, slope, axis, origin = [0, 0, 0], scale = 1 } }`, `base + slope · ((p − origin)·axis / scale)`
+    ///   with a unit axis, p \[m\] in the scene's coordinates.
     pub fn read(&self, value: &Value, otherwise: Encoding) -> Result<Texture, SceneError> {
         if !value.is_table() {
             return Ok(Texture::Constant(value.colour()?));
@@ -110,12 +111,6 @@ pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, String> {
         let near = near_file(path).map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
         format!("cannot read {}: {error}; {near}paths start at the scene file's folder", path.display())
     })
-}
-
-/// A colour, or `{ ramp = { base, slope, axis, origin = [0, 0, 0], scale = 1 } }`: `base + slope · ((p − origin)·axis /
-/// scale)`, with a unit axis, p \[m\] in the scene's coordinates.
-pub(super) fn colour_or_ramp(value: &Value) -> Result<Texture, SceneError> {
-    if value.is_table() { ramp(&value.table()?) } else { Ok(Texture::Constant(value.colour()?)) }
 }
 
 fn ramp(table: &Table) -> Result<Texture, SceneError> {

@@ -7,7 +7,7 @@ use crate::error::SceneError;
 use crate::suggest::did_you_mean;
 
 /// `transform = [ … ]` with the steps `{ translate = [x, y, z] }`, `{ rotate = { axis = [x, y, z], angle = degrees }
-/// }`, `{ scale = s }` or `{ scale = [x, y, z] }`, and `{ matrix = [16 numbers, row by row] }`.
+/// }`, `{ scale = s }` or `{ scale = [x, y, z] }`, and `{ matrix = [12 or 16 numbers, row by row] }`, whose fourth row is 0, 0, 0, 1.
 pub(super) fn read(value: &Value) -> Result<DAffine3, SceneError> {
     let mut whole = DAffine3::IDENTITY;
     for step in value.array()? {
@@ -46,8 +46,13 @@ fn rotation(value: &Value) -> Result<DAffine3, SceneError> {
 }
 
 fn matrix(value: &Value) -> Result<DAffine3, SceneError> {
-    let m = value.numbers(16, "a matrix, row by row")?;
-    if m[12..] != [0.0, 0.0, 0.0, 1.0] {
+    // The fourth row says nothing, and may be left out.
+    let count = if value.is_array() { value.array()?.len() } else { 0 };
+    if !matches!(count, 12 | 16) {
+        return Err(value.error("it must be a matrix, row by row: 12 or 16 numbers in [ ]"));
+    }
+    let m = value.numbers(count, "a matrix, row by row")?;
+    if count == 16 && m[12..] != [0.0, 0.0, 0.0, 1.0] {
         return Err(value.error("its last row must be 0, 0, 0, 1"));
     }
     let column = |c: usize| DVec3::new(m[c], m[4 + c], m[8 + c]);

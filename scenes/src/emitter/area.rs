@@ -2,8 +2,10 @@
 
 use super::{Endpoint, EndpointKind, LeSample, LiSample};
 use crate::ray::SurfacePoint;
-use crate::shape::{Parallelogram, Sphere, Triangle};
+use crate::shape::{Cylinder, Disk, Parallelogram, Sphere, Triangle};
+use crate::surface::{Attributes, Chart};
 use crate::texture::{SurfaceCoordinates, Texture};
+use glam::Vec2Swizzles;
 use sampling::fault;
 use sampling::math::{Frame, Spectrum};
 use sampling::{Vec2, Vec3, measure, vec2, warp};
@@ -12,21 +14,10 @@ use std::f64::consts::PI;
 /// What a shape emits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Emission {
-    /// Radiance \[W/(m²·sr)\]: a constant or a ramp.
+    /// Radiance \[W/(m²·sr)\], finite and not negative.
     pub radiance: Texture,
     /// True if the back emits as the front does.
     pub two_sided: bool,
-}
-
-impl Emission {
-    /// The radiance at a point.
-    #[inline]
-    fn at(&self, p: Vec3) -> Spectrum {
-        match &self.radiance {
-            Texture::Constant(radiance) => *radiance,
-            varying => varying.at(&SurfaceCoordinates::of(p)),
-        }
-    }
 }
 
 /// The area an emitter samples.
@@ -36,6 +27,10 @@ pub enum AreaShape {
     Quad(Parallelogram),
     /// A sphere.
     Sphere(Sphere),
+    /// A disk.
+    Disk(Box<Disk>),
+    /// A cylinder.
+    Cylinder(Box<Cylinder>),
     /// A mesh: a triangle is chosen in proportion to its area.
     Mesh {
         /// The triangles with their front normals.
@@ -43,6 +38,33 @@ pub enum AreaShape {
         /// The sum of the areas up to and including each triangle \[m²\].
         cumulative: Vec<f64>,
     },
+}
+
+/// The coordinates in which the radiance at sampled points is read.
+#[derive(Clone, Debug)]
+pub(crate) enum AreaChart {
+    /// Those of the sample itself, the other way round if the quad is turned.
+    Quad { turned: bool },
+    /// Those of an analytic surface.
+    Analytic(Chart),
+    /// Those of the mesh, whose triangles are counted from the emitter's first.
+    Mesh(Attributes),
+}
+
+/// A point sampled on the area.
+struct Sampled {
+    at: SurfacePoint,
+    /// The triangle of a mesh.
+    triangle: u32,
+    /// Its place: barycentric coordinates of the vertices 1 and 2 of a triangle, shares of the edges of a quad.
+    b: Vec2,
+}
+
+impl Sampled {
+    #[inline]
+    fn whole(at: SurfacePoint, b: Vec2) -> Self {
+        Sampled { at, triangle: 0, b }
+    }
 }
 
 /// A surface that emits, with the same radiance in all directions of its front (or of both sides).
@@ -54,8 +76,10 @@ pub struct AreaEmitter {
     pub emission: Emission,
     /// Surface area \[m²\], one side.
     pub area: f32,
-    /// Mean radiance over the area.
+    /// Mean radiance over the area; for what is read by coordinates only nearly.
     pub mean_radiance: Spectrum,
+    /// Where the radiance is read by texture coordinates or vertex colours, those of sampled points.
+    pub(crate) chart: Option<Box<AreaChart>>,
 }
 
 impl AreaEmitter {
@@ -65,19 +89,56 @@ impl AreaEmitter {
         sides * PI * f64::from(self.area) * f64::from(self.mean_radiance.mean())
     }
 
-    /// The radiance emitted at a surface point in direction `w` (unit, away from the surface).
+    /// The radiance emitted in direction `w` (unit, away from the surface) at a point with this front normal which emits `emitted`:
+    /// that, or zero on a dark side.
     #[inline]
-    pub fn le(&self, at: &SurfacePoint, w: Vec3) -> Spectrum {
-        let front = fault!("emitter_shines_from_its_back", at.ng.dot(w) > 0.0, true);
-        if self.emission.two_sided || front { self.emission.at(at.p) } else { Spectrum::ZERO }
+    pub fn le(&self, emitted: Spectrum, ng: Vec3, w: Vec3) -> Spectrum {
+        let front = fault!("emitter_shines_from_its_back", ng.dot(w) > 0.0, true);
+        if self.emission.two_sided || front { emitted } else { Spectrum::ZERO }
+    }
+
+    /// The radiance at a sampled point.
+    #[inline]
+    fn emitted(&self, sampled: &Sampled) -> Spectrum {
+        match &self.emission.radiance {
+            Texture::Constant(radiance) => *radiance,
+            varying => varying.at(&self.coordinates(sampled)),
+        }
+    }
+
+    #[inline(never)]
+    fn coordinates(&self, sampled: &Sampled) -> SurfaceCoordinates {
+        let Sampled { at, triangle, b } = sampled;
+        match self.chart.as_deref() {
+            None => SurfaceCoordinates::of(at.p),
+            Some(AreaChart::Quad { turned }) => {
+                let uv = if fault!("emission_read_at_turned_coordinates", *turned, !*turned) { b.yx() } else { *b };
+                SurfaceCoordinates { uv, ..SurfaceCoordinates::of(at.p) }
+            }
+            Some(AreaChart::Analytic(chart)) => chart.coordinates(at.p, at.ng),
+            Some(AreaChart::Mesh(attributes)) => attributes.coordinates(at.p, *triangle, *b),
+        }
+    }
+
+    /// The mean radiance at these points of the unit square, as they are taken to the area.
+    pub(crate) fn mean_over(&self, points: impl Iterator<Item = Vec2>) -> Spectrum {
+        let (mut sum, mut count) = ([0.0f64; 3], 0.0);
+        for u in points {
+            let radiance = self.emitted(&self.sample_area(u)).to_array();
+            sum.iter_mut().zip(radiance).for_each(|(sum, value)| *sum += f64::from(value));
+            count += 1.0;
+        }
+        Spectrum::from(sum.map(|sum| (sum / count) as f32))
     }
 
     /// A point uniform over the area.
     #[inline]
-    fn sample_area(&self, u: Vec2) -> SurfacePoint {
+    fn sample_area(&self, u: Vec2) -> Sampled {
         match &self.shape {
-            AreaShape::Quad(quad) => quad.sample(u),
-            AreaShape::Sphere(sphere) => sphere.sample_area(u).at,
+            AreaShape::Quad(quad) => Sampled::whole(quad.sample(u), u),
+            AreaShape::Sphere(sphere) => Sampled::whole(sphere.sample_area(u).at, u),
+            AreaShape::Disk(disk) => Sampled::whole(disk.sample(u), u),
+            AreaShape::Cylinder(cylinder) => Sampled::whole(cylinder.sample(u), u),
             AreaShape::Mesh { triangles, cumulative } => {
                 let position = f64::from(u.x) * cumulative[cumulative.len() - 1];
                 let index = cumulative.partition_point(|&area| area <= position).min(triangles.len() - 1);
@@ -85,7 +146,8 @@ impl AreaEmitter {
                 let rest = ((position - before) / (cumulative[index] - before)) as f32;
                 let b = warp::uniform_triangle(vec2(rest.min(1.0f32.next_down()), u.y));
                 let (triangle, ng) = &triangles[index];
-                triangle.point([b.y.into(), b.z.into()], *ng)
+                let at = triangle.point([b.y.into(), b.z.into()], *ng);
+                Sampled { at, triangle: index as u32, b: vec2(b.y, b.z) }
             }
         }
     }
@@ -107,12 +169,13 @@ impl AreaEmitter {
                 endpoint: Endpoint { at: cone.at, kind: EndpointKind::Surface },
                 wi: cone.wi,
                 distance: cone.distance,
-                li: self.emission.at(cone.at.p),
+                li: self.emitted(&Sampled::whole(cone.at, u)),
                 pdf: cone.pdf,
                 delta: false,
             });
         }
-        let at = self.sample_area(u);
+        let sampled = self.sample_area(u);
+        let at = sampled.at;
         let to_emitter = at.p - p_ref;
         let distance = to_emitter.length();
         let wi = to_emitter / distance;
@@ -125,7 +188,7 @@ impl AreaEmitter {
             endpoint: Endpoint { at, kind: EndpointKind::Surface },
             wi,
             distance,
-            li: self.emission.at(at.p),
+            li: self.emitted(&sampled),
             pdf: measure::area_to_solid_angle(1.0 / self.area, p_ref, at.p, at.ng),
             delta: false,
         })
@@ -149,7 +212,8 @@ impl AreaEmitter {
     /// A position uniform over the area and a direction in proportion to the cosine; both sides alike if two-sided.
     #[inline]
     pub fn sample_le(&self, u_p: Vec2, u_d: Vec2) -> Option<LeSample> {
-        let at = self.sample_area(u_p);
+        let sampled = self.sample_area(u_p);
+        let at = sampled.at;
         let (normal, u_d) = self.choose_side(at.ng, u_d);
         let local = warp::cosine_hemisphere(u_d);
         if local.z <= 0.0 {
@@ -159,7 +223,7 @@ impl AreaEmitter {
         Some(LeSample {
             endpoint: Endpoint { at, kind: EndpointKind::Surface },
             ray: at.spawn(d),
-            le: self.emission.at(at.p),
+            le: self.emitted(&sampled),
             pdf_p: 1.0 / self.area,
             pdf_d: self.side_pmf() * warp::cosine_hemisphere_pdf(local.z),
             cos: fault!("emitter_cosine_dropped", local.z, 1.0),

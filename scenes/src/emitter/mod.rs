@@ -14,6 +14,7 @@ mod point;
 mod spot;
 mod tree;
 
+pub(crate) use area::AreaChart;
 pub use area::{AreaEmitter, AreaShape, Emission};
 pub use choice::ChoiceRule;
 pub(crate) use choice::{EmitterChoice, NextEventChoice};

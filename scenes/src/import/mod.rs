@@ -1,12 +1,13 @@
 //! Importers of other programs' files.
 //!
-//! [`obj`] reads meshes, [`mtl`] reads their material libraries, [`appearance`] decides what becomes of those,
+//! [`obj`] and [`ply`] read meshes, [`mtl`] reads material libraries, [`appearance`] decides what becomes of those,
 //! [`polygon`] cuts faces into triangles, [`solid`] mends the orientation of closed bodies, [`viewpoint`] chooses a
 //! camera for a file that has none.
 
 pub mod appearance;
 pub mod mtl;
 pub mod obj;
+pub mod ply;
 pub mod polygon;
 pub mod solid;
 mod source;

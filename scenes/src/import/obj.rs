@@ -16,7 +16,6 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use sampling::math::Spectrum;
 use sampling::{Vec2, vec2};
 
 use super::appearance::Appearance;
@@ -82,8 +81,8 @@ impl Model {
         Ok(model)
     }
 
-    /// Adds all groups to a scene; returns the shapes with the points they span.
-    pub fn add_to(&self, builder: &mut SceneBuilder, overrides: Overrides) -> Vec<(ShapeId, Vec<DVec3>)> {
+    /// Adds all groups to a scene; returns the shapes.
+    pub fn add_to(&self, builder: &mut SceneBuilder, overrides: Overrides) -> Vec<ShapeId> {
         self.notes.iter().for_each(|note| builder.note(note.clone()));
         let mut ids: HashMap<(usize, bool), MaterialId> = HashMap::new();
         let mut shapes = Vec::new();
@@ -101,7 +100,7 @@ impl Model {
             if let Some(radiance) = appearance.emission.filter(|_| !overrides.no_emission) {
                 builder.emit(shape, Emission { radiance: Texture::Constant(radiance), two_sided: false });
             }
-            shapes.push((shape, group.mesh.positions.clone()));
+            shapes.push(shape);
         }
         shapes
     }
@@ -141,15 +140,8 @@ pub fn scene(path: &Path, name: &str, size: Option<(u32, u32)>) -> Result<SceneB
     let model = Model::open(path)?;
     let mut builder = SceneBuilder::new(name);
     model.add_to(&mut builder, Overrides::default());
-    if !model.emits() {
-        builder.environment(Spectrum::ONE);
-        builder.note("nothing in the file emits: it is lit by an environment of radiance 1".to_string());
-    }
     let meshes: Vec<&MeshData> = model.groups.iter().map(|group| &group.mesh).collect();
-    let camera = viewpoint::choose(&meshes, model.emits(), size.unwrap_or((256, 256)));
-    let at = camera.position;
-    builder.note(format!("the file has no camera: one was placed at ({:.4}, {:.4}, {:.4})", at.x, at.y, at.z));
-    builder.camera(camera);
+    viewpoint::furnish(&mut builder, &meshes, model.emits(), size);
     Ok(builder)
 }
 

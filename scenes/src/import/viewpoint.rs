@@ -1,8 +1,10 @@
 //! A camera for a file that has none.
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
-use crate::builder::{CameraSettings, MeshData};
+use crate::builder::{CameraSettings, MeshData, SceneBuilder};
+use sampling::math::Spectrum;
 
 /// Field of view of the chosen camera \[degrees\].
 const FOV: f64 = 40.0;
@@ -19,6 +21,18 @@ const SIDES: [(DVec3, DVec3); 6] = [
     (DVec3::Y, DVec3::NEG_Z),
     (DVec3::NEG_Y, DVec3::Z),
 ];
+
+/// Gives a scene of these meshes a camera, and an environment of radiance 1 if nothing emits; notes say so.
+pub fn furnish(builder: &mut SceneBuilder, meshes: &[&MeshData], emits: bool, size: Option<(u32, u32)>) {
+    if !emits {
+        builder.environment(Spectrum::ONE);
+        builder.note("nothing in the file emits: it is lit by an environment of radiance 1".to_string());
+    }
+    let camera = choose(meshes, emits, size.unwrap_or((256, 256)));
+    let at = camera.position;
+    builder.note(format!("the file has no camera: one was placed at ({:.4}, {:.4}, {:.4})", at.x, at.y, at.z));
+    builder.camera(camera);
+}
 
 /// Chooses a camera that shows the meshes. The rule:
 ///
@@ -121,15 +135,18 @@ fn try_view(meshes: &[&MeshData], bounds: &Bounds, side: DVec3, up: DVec3) -> Se
     // A thin scene seen from its flat side has nothing behind its front.
     let thin = bounds.half(side) <= 0.02 * bounds.size();
     let wall = if thin { f64::NEG_INFINITY } else { 0.02 * bounds.size() };
-    let mut seen = Seen { hits: 0.0, walls: 0.0, backs: 0.0 };
-    for i in 0..GRID * GRID {
+    let look = |i: usize| {
         // Cell middles, but a little off, so that no ray runs along an edge or a diagonal.
         let at = DVec2::new((i % GRID) as f64 + 0.47, (i / GRID) as f64 + 0.53) * (2.0 / GRID as f64) - 1.0;
         let goal = bounds.middle()
             + side * bounds.half(side)
             + right * (bounds.half(right) * at.x)
             + up * (bounds.half(up) * at.y);
-        let Some((hit, front)) = first_hit(meshes, origin, goal - origin) else { continue };
+        first_hit(meshes, origin, goal - origin)
+    };
+    let found: Vec<Option<(DVec3, bool)>> = (0..GRID * GRID).into_par_iter().map(look).collect();
+    let mut seen = Seen { hits: 0.0, walls: 0.0, backs: 0.0 };
+    for (hit, front) in found.into_iter().flatten() {
         let share = 1.0 / (GRID * GRID) as f64;
         seen.hits += share;
         let behind = bounds.half(side) - (hit - bounds.middle()).dot(side);

@@ -2,15 +2,16 @@
 
 use super::Scene;
 use crate::accel::Hit;
+use crate::emitter::Emitter;
 use crate::interaction::{Interaction, Normals};
 use crate::material::{Material, Varying};
 use crate::ray::SurfacePoint;
 use crate::relief::Derivatives;
 use crate::surface::Surface;
-use crate::texture::SurfaceCoordinates;
+use crate::texture::{SurfaceCoordinates, Texture};
 use sampling::Vec3;
 use sampling::bsdf::{Bsdf, Lobes};
-use sampling::math::Frame;
+use sampling::math::{Frame, Spectrum};
 
 /// What a hit says of its surface, before anything of its material is read.
 pub(super) struct Found<'a> {
@@ -19,6 +20,8 @@ pub(super) struct Found<'a> {
     /// The shading normal, without a map.
     ns: Vec3,
     surface: &'a Surface,
+    /// What the surface emits here, on the sides that do.
+    emitted: Spectrum,
 }
 
 impl Scene {
@@ -42,10 +45,10 @@ impl Scene {
 
     #[inline(always)]
     pub(super) fn found(&self, hit: &Hit) -> Found<'_> {
-        match *hit {
-            Hit::Sphere { t, id, at } => {
-                let surface = &self.surfaces[self.spheres[id as usize].surface as usize];
-                Found { point: at, t, ns: at.ng, surface }
+        let mut found = match *hit {
+            Hit::Analytic { t, id, at } => {
+                let surface = &self.surfaces[self.analytic[id as usize].surface as usize];
+                Found { point: at, t, ns: at.ng, surface, emitted: Spectrum::ZERO }
             }
             Hit::Triangle { t, id, p, b } => {
                 let info = &self.triangles[id as usize];
@@ -54,9 +57,22 @@ impl Scene {
                     None => info.ng,
                     Some(index) => self.attributes[index as usize].normal(id, b, info.ng),
                 };
-                Found { point: SurfacePoint::on_surface(p, info.ng, info.residual), t, ns, surface }
+                let point = SurfacePoint::on_surface(p, info.ng, info.residual);
+                Found { point, t, ns, surface, emitted: Spectrum::ZERO }
             }
+        };
+        if let Some(Emitter::Area(area)) = found.surface.emitter.map(|id| self.emitter(id)) {
+            found.emitted = match &area.emission.radiance {
+                Texture::Constant(radiance) => *radiance,
+                varying => self.read(varying, hit, &found),
+            };
         }
+        found
+    }
+
+    #[inline(never)]
+    fn read(&self, texture: &Texture, hit: &Hit, found: &Found) -> Spectrum {
+        texture.at(&self.coordinates(hit, found))
     }
 
     #[inline(never)]
@@ -90,7 +106,7 @@ impl Scene {
     fn coordinates(&self, hit: &Hit, found: &Found) -> SurfaceCoordinates {
         let p = found.point.p;
         match *hit {
-            Hit::Sphere { id, at, .. } => self.spheres[id as usize].coordinates(p, at.ng),
+            Hit::Analytic { id, at, .. } => self.analytic[id as usize].chart.coordinates(p, at.ng),
             Hit::Triangle { id, b, .. } => match found.surface.attributes {
                 None => SurfaceCoordinates { uv: b, ..SurfaceCoordinates::of(p) },
                 Some(index) => self.attributes[index as usize].coordinates(p, id, b),
@@ -101,7 +117,7 @@ impl Scene {
     /// How the point moves with its texture coordinates.
     fn derivatives(&self, hit: &Hit, found: &Found) -> Derivatives {
         match *hit {
-            Hit::Sphere { id, at, .. } => self.spheres[id as usize].derivatives(at.ng),
+            Hit::Analytic { id, at, .. } => self.analytic[id as usize].chart.derivatives(at.p, at.ng),
             Hit::Triangle { id, .. } => match found.surface.attributes {
                 None => Derivatives::default(),
                 Some(index) => self.attributes[index as usize].derivatives(id),
@@ -121,6 +137,7 @@ impl Found<'_> {
             normals,
             bsdf,
             emitter: self.surface.emitter,
+            emitted: self.emitted,
             material: self.surface.material,
         }
     }

@@ -1,9 +1,15 @@
 //! Shapes: what surfaces are, as the builder is given them, and how points on them are sampled.
 
+mod analytic;
+mod cylinder;
+mod disk;
 mod mesh;
 mod sphere;
 mod triangle;
 
+pub(crate) use analytic::{Analytic, turns};
+pub use cylinder::Cylinder;
+pub use disk::Disk;
 pub use mesh::MeshData;
 pub(crate) use mesh::{BakedMesh, bake_mesh};
 pub use sphere::Sphere;
@@ -22,6 +28,10 @@ pub(crate) enum Geometry {
     Quad { origin: DVec3, edge_u: DVec3, edge_v: DVec3 },
     /// A sphere; its front is outside.
     Sphere { center: DVec3, radius: f64 },
+    /// An elliptic disk with these vectors from its centre to its rim; its front is where `edge_u × edge_v` points.
+    Disk { center: DVec3, edge_u: DVec3, edge_v: DVec3 },
+    /// A tube without caps; its front is outside.
+    Cylinder { from: DVec3, to: DVec3, radius: f64 },
     /// A triangle mesh; its front is where the vertices run counter-clockwise.
     Mesh(MeshData),
 }
@@ -34,3 +44,6 @@ pub struct AreaSample {
     /// Density per area \[1/m²\].
     pub pdf_area: f32,
 }
+
+#[cfg(test)]
+mod tests;

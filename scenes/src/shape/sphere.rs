@@ -1,6 +1,7 @@
 //! The analytic sphere.
 
 use super::AreaSample;
+use super::analytic::line_and_circle;
 use crate::ray::{SurfacePoint, UNIT_ROUNDOFF, rounding};
 use glam::DVec3;
 use sampling::math::Frame;
@@ -38,26 +39,10 @@ impl Sphere {
         4.0 * PI * self.radius * self.radius
     }
 
-    /// The parameters where a line enters and leaves the sphere, in order; None if it misses.
-    ///
-    /// In `f64`, with the discriminant taken from the distance between centre and line \[PBRT4, 6.8.3\], so that neither a
-    /// small sphere far away nor an origin on the surface loses its digits. `inverse_length2` is 1/|direction|².
+    /// The parameters where a line enters and leaves the sphere, in order, NaN if it misses; `inverse_length2` is 1/|direction|².
     #[inline]
-    pub fn intersect(&self, origin: DVec3, direction: DVec3, inverse_length2: f64) -> Option<(f64, f64)> {
-        let radius = f64::from(self.radius);
-        let from_center = origin - self.center.as_dvec3();
-        let middle = -from_center.dot(direction) * inverse_length2;
-        let nearest = from_center + direction * middle;
-        let half_chord2 = (radius * radius - nearest.length_squared()) * inverse_length2;
-        if half_chord2 < 0.0 {
-            return None;
-        }
-        // The root of larger magnitude has no cancellation; the other follows from their product.
-        let large = middle + half_chord2.sqrt().copysign(middle);
-        let distance = from_center.length();
-        let product = (distance - radius) * (distance + radius) * inverse_length2;
-        let small = if large == 0.0 { 0.0 } else { product / large };
-        Some(if middle < 0.0 { (large, small) } else { (small, large) })
+    pub fn meetings(&self, origin: DVec3, direction: DVec3, inverse_length2: f64) -> [f64; 2] {
+        line_and_circle(origin - self.center.as_dvec3(), direction, f64::from(self.radius), inverse_length2)
     }
 
     /// The surface point nearest to a point of the line, which is on the sphere but for the errors of the line.

@@ -52,6 +52,8 @@ pub struct Parallelogram {
     pub corners: [Vec3; 4],
     /// Unit normals of the fronts of the two triangles.
     pub normals: [Vec3; 2],
+    /// True if the corners follow its second edge first, because its front was turned over.
+    pub turned: bool,
 }
 
 impl Parallelogram {

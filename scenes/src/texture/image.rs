@@ -27,7 +27,7 @@ impl Encoding {
     pub const NAMES: [&str; 2] = ["srgb", "linear"];
 
     /// The value of a colour channel that is stored as `x`, in [0, 1].
-    fn decode(self, x: f32) -> f32 {
+    pub(crate) fn decode(self, x: f32) -> f32 {
         match self {
             Self::Linear => x,
             Self::Srgb if x <= 0.040_45 => x / 12.92,

@@ -10,7 +10,7 @@ fn at(texture: &Texture, p: Vec3, uv: Vec2) -> f32 {
 fn a_ramp_is_linear_and_bounded_by_its_range() {
     let ramp = ramp_z(Spectrum::splat(0.5), Spectrum::splat(0.4));
     assert!((at(&ramp, vec3(9.0, 9.0, 0.5), Vec2::ZERO) - 0.7).abs() < 1e-6);
-    let (low, high) = ramp.range_in_ball(Vec3::ZERO, 1.0);
+    let (low, high) = ramp.range_around(Vec3::ZERO, |axis| axis.length());
     assert!((low - 0.1).abs() < 1e-6 && (high - 0.9).abs() < 1e-6);
 }
 

@@ -1,0 +1,264 @@
+//! PLY polygon files, ASCII and binary of either byte order.
+//!
+//! Of the element `vertex` are read `x y z`; `nx ny nz`; texture coordinates, `u v`, `s t`, `texture_u texture_v` or `texture_s
+//! texture_t`; and the colours `red green blue` or `r g b`, whole numbers as sRGB shares of the greatest, others linear. Of `face`
+//! the list `vertex_indices` or `vertex_index`, any simple polygons; of `tristrips` the same, where −1 begins another strip.
+//! Everything else is skipped. As in OBJ files the front of a triangle is where its corners run counter-clockwise, or where its
+//! normals point if it has any.
+//!
+//! Nothing is allocated by a count that the file is too short to hold.
+
+mod body;
+mod header;
+
+use std::path::Path;
+
+use glam::DVec3;
+use sampling::math::Spectrum;
+use sampling::{Vec2, Vec3};
+
+use super::{polygon, viewpoint};
+use crate::builder::{MeshData, SceneBuilder};
+use crate::error::SceneError;
+use crate::material::Material;
+use crate::texture::{Encoding, Texture};
+use body::{Body, Fault};
+use header::{Element, Header, Kind, Scalar};
+use sampling::bsdf::Lambert;
+
+/// The largest magnitude of a coordinate.
+const MAX_COORDINATE: f64 = 1e15;
+
+/// The names of what is read of a vertex, by their place among its values.
+const SLOTS: [&[&str]; 11] = [
+    &["x"],
+    &["y"],
+    &["z"],
+    &["nx"],
+    &["ny"],
+    &["nz"],
+    &["u", "s", "texture_u", "texture_s"],
+    &["v", "t", "texture_v", "texture_t"],
+    &["red", "r"],
+    &["green", "g"],
+    &["blue", "b"],
+];
+
+/// What a file holds.
+#[derive(Debug)]
+pub struct Model {
+    /// The mesh.
+    pub mesh: MeshData,
+    /// What was changed.
+    pub notes: Vec<String>,
+}
+
+/// Reads a file.
+///
+/// # Errors
+/// What is wrong with it, with the line of its header or the number of the element.
+pub fn open(path: &Path) -> Result<Model, SceneError> {
+    let unreadable = |error| SceneError::unreadable(path, error, "give the path of a PLY file");
+    read(&std::fs::read(path).map_err(unreadable)?).map_err(|error| error.in_file(path))
+}
+
+/// Opens a file as a whole scene: what has colours is matte of these colours, the rest a matte grey.
+pub fn scene(path: &Path, name: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder, SceneError> {
+    let Model { mesh, notes } = open(path)?;
+    let mut builder = SceneBuilder::new(name);
+    notes.into_iter().for_each(|note| builder.note(note));
+    viewpoint::furnish(&mut builder, &[&mesh], false, size);
+    let reflects = |colour: &Spectrum| colour.max_component() <= 1.0;
+    let coloured = !mesh.colours.is_empty() && mesh.colours.iter().all(reflects);
+    if !mesh.colours.is_empty() && !coloured {
+        builder.note("the vertices' colours exceed 1, and are not taken for albedos".to_string());
+    }
+    let grey = Lambert { albedo: Spectrum::splat(0.5) };
+    let material = builder.material(if coloured { Material::lambert(Texture::VertexColour) } else { grey.into() });
+    builder.mesh(mesh, material);
+    Ok(builder)
+}
+
+/// Reads the bytes of a file.
+fn read(bytes: &[u8]) -> Result<Model, SceneError> {
+    let header = Header::read(bytes)?;
+    let mut body = Body { rest: &bytes[header.length..], format: header.format };
+    let mut mesh = MeshData::default();
+    for element in &header.elements {
+        body.check_size(element)?;
+        match element.name.as_str() {
+            "vertex" if mesh.positions.is_empty() => read_vertices(element, &mut body, &mut mesh)?,
+            "vertex" => return Err(element.error("a second list of vertices", "keep one")),
+            "face" => read_lists(element, &mut body, &mut mesh, add_polygon)?,
+            "tristrips" => read_lists(element, &mut body, &mut mesh, add_strips)?,
+            _ => body.skip(element)?,
+        }
+    }
+    if mesh.triangles.is_empty() {
+        return Err(SceneError::invalid("the file holds no faces", "save it as a mesh of polygons or triangle strips"));
+    }
+    let turned = turn_to_normals(&mut mesh);
+    let note = (turned > 0).then(|| format!("{turned} triangles were turned to the side of their normals"));
+    Ok(Model { mesh, notes: note.into_iter().collect() })
+}
+
+fn read_vertices(element: &Element, body: &mut Body, mesh: &mut MeshData) -> Result<(), SceneError> {
+    let place = |property: &header::Property| {
+        let slot = SLOTS.iter().position(|names| names.contains(&property.name.as_str()))?;
+        matches!(property.kind, Kind::Scalar(_)).then_some(slot)
+    };
+    let places: Vec<Option<usize>> = element.properties.iter().map(place).collect();
+    let has = |slots: std::ops::Range<usize>| slots.into_iter().all(|slot| places.contains(&Some(slot)));
+    if !has(0..3) {
+        return Err(element.error("the vertices lack `x`, `y` or `z`", "add `property float x`, and so on"));
+    }
+    if element.count > u64::from(u32::MAX) {
+        return Err(element.error("there are more than 2³² vertices", "divide the file"));
+    }
+    let (normals, uvs, colours) = (has(3..6), has(6..8), has(8..11));
+    // That the file holds so many has been checked.
+    let count = element.count as usize;
+    mesh.positions.reserve_exact(count);
+    mesh.normals.reserve_exact(if normals { count } else { 0 });
+    mesh.uvs.reserve_exact(if uvs { count } else { 0 });
+    mesh.colours.reserve_exact(if colours { count } else { 0 });
+    let mut values = [0.0f64; SLOTS.len()];
+    for index in 0..element.count {
+        let mut vertex = || -> Result<(), Fault> {
+            for (property, place) in element.properties.iter().zip(&places) {
+                match (property.kind, place) {
+                    (Kind::Scalar(scalar), Some(slot)) => {
+                        values[*slot] = colour_share(scalar, *slot, body.scalar(scalar)?);
+                    }
+                    (kind, _) => body.skip_value(kind)?,
+                }
+            }
+            let usable = |x: &f64| x.abs() <= MAX_COORDINATE;
+            if !values[..3].iter().chain(&values[6..]).all(usable) {
+                return Err(Fault::new("a number is not finite, or beyond 1e15", "give finite numbers"));
+            }
+            Ok(())
+        };
+        vertex().map_err(|fault| element.fault(index, fault))?;
+        let [x, y, z, nx, ny, nz, u, v, r, g, b] = values;
+        mesh.positions.push(DVec3::new(x, y, z));
+        if normals {
+            // What is not a number stands for none.
+            mesh.normals.push(DVec3::new(nx, ny, nz).normalize_or_zero().as_vec3());
+        }
+        if uvs {
+            mesh.uvs.push(Vec2::new(u as f32, v as f32));
+        }
+        if colours {
+            mesh.colours.push(Spectrum::new(r as f32, g as f32, b as f32));
+        }
+    }
+    Ok(())
+}
+
+/// A value as it is; one of a colour that is a whole number is an sRGB share of the greatest of its kind.
+fn colour_share(scalar: Scalar, slot: usize, value: f64) -> f64 {
+    match scalar.greatest() {
+        Some(greatest) if slot >= 8 => f64::from(Encoding::Srgb.decode((value / greatest).clamp(0.0, 1.0) as f32)),
+        _ => value,
+    }
+}
+
+/// Reads the lists of vertices of an element, and what `add` makes of each.
+fn read_lists(
+    element: &Element,
+    body: &mut Body,
+    mesh: &mut MeshData,
+    add: fn(&[i64], &mut MeshData) -> Result<(), Fault>,
+) -> Result<(), SceneError> {
+    if element.count > 0 && mesh.positions.is_empty() {
+        return Err(element.error("there are no vertices before them", "put the element `vertex` first"));
+    }
+    let named = |name: &str| matches!(name, "vertex_indices" | "vertex_index");
+    let list = |property: &header::Property| match property.kind {
+        Kind::List { item, .. } => named(&property.name) && item.greatest().is_some(),
+        Kind::Scalar(_) => false,
+    };
+    let Some(wanted) = element.properties.iter().position(list) else {
+        return Err(element.error(
+            "there is no list `vertex_indices` of whole numbers",
+            "add `property list uchar int vertex_indices`",
+        ));
+    };
+    let before = mesh.triangles.len();
+    mesh.triangles.reserve(if element.name == "face" { element.count as usize } else { 0 });
+    let mut corners = Vec::new();
+    for index in 0..element.count {
+        let mut face = || -> Result<(), Fault> {
+            for (place, property) in element.properties.iter().enumerate() {
+                match property.kind {
+                    Kind::List { count, item } if place == wanted => body.list(count, item, &mut corners)?,
+                    kind => body.skip_value(kind)?,
+                }
+            }
+            add(&corners, mesh)
+        };
+        face().map_err(|fault| element.fault(index, fault))?;
+    }
+    debug_assert!(mesh.triangles.len() >= before);
+    Ok(())
+}
+
+/// The vertex of an index.
+fn vertex(index: i64, vertices: usize) -> Result<u32, Fault> {
+    if (0..vertices as i64).contains(&index) {
+        return Ok(index as u32);
+    }
+    Err(Fault::new(format!("there is no vertex {index}"), format!("the file has {vertices}, counted from 0")))
+}
+
+fn add_polygon(corners: &[i64], mesh: &mut MeshData) -> Result<(), Fault> {
+    let vertices = mesh.positions.len();
+    if let &[a, b, c] = corners {
+        mesh.triangles.push([vertex(a, vertices)?, vertex(b, vertices)?, vertex(c, vertices)?]);
+        return Ok(());
+    }
+    if corners.len() < 3 {
+        return Err(Fault::new(format!("it has {} corners", corners.len()), "a face has at least 3"));
+    }
+    let corners: Vec<u32> = corners.iter().map(|&corner| vertex(corner, vertices)).collect::<Result<_, _>>()?;
+    let points: Vec<DVec3> = corners.iter().map(|&corner| mesh.positions[corner as usize]).collect();
+    mesh.triangles.extend(polygon::triangulate(&points).map(|triangle| triangle.map(|i| corners[i])));
+    Ok(())
+}
+
+/// Every other triangle of a strip is wound the other way; those with a vertex twice only turn it.
+fn add_strips(corners: &[i64], mesh: &mut MeshData) -> Result<(), Fault> {
+    let vertices = mesh.positions.len();
+    for strip in corners.split(|&corner| corner == -1) {
+        strip.iter().try_for_each(|&corner| vertex(corner, vertices).map(|_| ()))?;
+        for (i, triple) in strip.windows(3).enumerate() {
+            let [a, b, c] = [triple[0] as u32, triple[1] as u32, triple[2] as u32];
+            if a != b && b != c && c != a {
+                mesh.triangles.push(if i % 2 == 0 { [a, b, c] } else { [b, a, c] });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Turns triangles over whose normals point to their back, and counts them.
+fn turn_to_normals(mesh: &mut MeshData) -> usize {
+    let MeshData { positions, triangles, normals, .. } = mesh;
+    if normals.is_empty() {
+        return 0;
+    }
+    let mut turned = 0;
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|corner| positions[corner as usize]);
+        let normal: Vec3 = triangle.iter().map(|&corner| normals[corner as usize]).sum();
+        if (b - a).cross(c - a).dot(normal.as_dvec3()) < 0.0 {
+            triangle.swap(1, 2);
+            turned += 1;
+        }
+    }
+    turned
+}
+
+#[cfg(test)]
+mod tests;
