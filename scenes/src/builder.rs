@@ -6,7 +6,7 @@ mod hash;
 mod parts;
 mod varying;
 
-pub use crate::camera::CameraSettings;
+pub use crate::camera::{CameraSettings, Crop, Projection};
 pub use crate::emitter::Emission;
 pub use crate::shape::{MeshData, ShapeId};
 

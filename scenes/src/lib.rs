@@ -53,7 +53,7 @@ mod test_support;
 pub mod texture;
 
 pub use builder::{CameraSettings, Emission, MeshData, SceneBuilder, ShapeId};
-pub use camera::{Camera, WeSample, WiSample};
+pub use camera::{Camera, Crop, Projection, Rays, WeSample, WiSample};
 pub use emitter::{Emitter, EmitterId, Endpoint, EndpointKind, LeSample, LiSample};
 pub use error::SceneError;
 pub use interaction::Interaction;

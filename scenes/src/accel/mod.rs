@@ -86,7 +86,7 @@ impl Best {
 }
 
 impl Accel {
-    /// Arranges triangles and spheres. `eye` is a point outside them that rays may start from.
+    /// Arranges triangles and spheres. `eye` is as far out as rays may start outside them.
     pub fn build(triangles: &[Triangle], spheres: Vec<Sphere>, eye: Vec3, skip: Skip) -> Self {
         if triangles.len() + spheres.len() > FEW || (skip == Skip::Nothing && triangles.len() + spheres.len() > 0) {
             return tree::build(triangles, spheres, eye);

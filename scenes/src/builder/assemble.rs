@@ -48,11 +48,12 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
     // Skips change no image, so the hash is taken of what was given.
     let given = materials(&builder.materials, shift, Skip::Unneeded);
     let hash = hash(&parts.content(&given, environment, &camera));
-    let (needs, facts) = (parts.needs(skip), parts.needs(Skip::Unneeded));
-    let accel = Accel::build(&parts.triangles, parts.spheres, camera.position(), skip);
+    let (needs, facts) = (parts.needs(&camera, skip), parts.needs(&camera, Skip::Unneeded));
+    let accel = Accel::build(&parts.triangles, parts.spheres, camera.extent(), skip);
     Ok(Scene {
         name: builder.name,
         camera,
+        crop: settings.crop,
         needs,
         facts,
         choice: EmitterChoice::new(&parts.emitters, skip)?,

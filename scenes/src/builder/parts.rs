@@ -5,7 +5,7 @@ use super::hash::Content;
 use super::varying::{Looked, look};
 use super::{MaterialName, Shape};
 use crate::accel::FEW;
-use crate::camera::Camera;
+use crate::camera::{Camera, Rays};
 use crate::emitter::{AreaEmitter, AreaShape, Emission, Emitter, EmitterId};
 use crate::error::SceneError;
 use crate::material::Material;
@@ -196,7 +196,7 @@ impl Parts {
         let vertices = self.triangles.iter().flat_map(|t| t.0);
         let spheres = self.spheres.iter().map(|s| s.center.abs() + Vec3::splat(s.radius));
         let largest =
-            vertices.chain(spheres).chain([camera.position()]).map(|p| p.abs().max_element()).fold(0.0, f32::max);
+            vertices.chain(spheres).chain([camera.extent()]).map(|p| p.abs().max_element()).fold(0.0, f32::max);
         if largest <= FARTHEST && self.spheres.iter().all(|s| s.radius > 0.0) {
             return Ok(());
         }
@@ -229,7 +229,7 @@ impl Parts {
     }
 
     /// What the scene asks of a method; called once all emitters are there.
-    pub fn needs(&self, skip: Skip) -> Needs {
+    pub fn needs(&self, camera: &Camera, skip: Skip) -> Needs {
         let used = || self.surfaces.iter().map(|surface| &self.materials[surface.material.0 as usize]);
         let everything = skip == Skip::Nothing;
         let has = |lobes: Lobes| used().any(|material| material.lobes().intersects(lobes));
@@ -252,7 +252,7 @@ impl Parts {
             hittable_emitters: everything || bright().any(|emitter| !emitter.is_delta()),
             delta_emitters: everything || bright().any(Emitter::is_delta),
             few_primitives: !everything && primitives <= FEW,
-            pinhole: true,
+            pinhole: !everything && camera.rays() == Rays::FromPoint,
             primitives,
         }
     }
