@@ -12,6 +12,7 @@ use sampling::bsdf::{Bsdf, Dielectric, Mirror};
 use sampling::filter::Filter;
 use sampling::math::Spectrum;
 use sampling::sampler::{Role, SamplerKind};
+use scenes::camera::Edges;
 use scenes::{CameraSettings, LoadOptions, Projection, Scene, SceneBuilder, Skip};
 
 /// Mirrored, and with its window moved.
@@ -44,14 +45,17 @@ fn in_the_furnace() -> Vec<(&'static str, CameraSettings)> {
     ]
 }
 
-/// Every pixel, those in corners and at poles too.
+/// Every pixel, those in corners and at poles too; of light tracing all around, whose variance is infinite at a pole, no image mean
+/// must decide anything.
 #[test]
 fn in_a_furnace_every_camera_sees_what_is_known() {
     let mut family = Family::new("cameras in a furnace");
     for (name, settings) in in_the_furnace() {
         let scene = built(scenes::load::open("furnace", None).unwrap(), settings);
         for method in ALL {
-            let budget = Budget::samples(if method == "light" { 256 } else { 32 }).up_to(4);
+            let budget = Budget::samples(if method == "light" { 96 } else { 16 }).up_to(4);
+            let heavy = method == "light" && scene.camera.raster().edges == Edges::Sphere;
+            let image = if heavy { Family::spare } else { Family::image };
             let rendered = measure(&scene, plain(method).as_ref(), &format!("{name} {method}"), budget);
             for layer in 0..rendered.measurement.layers.len() {
                 let exact =
@@ -61,7 +65,7 @@ fn in_a_furnace_every_camera_sees_what_is_known() {
                 for pixel in 0..rendered.measurement.pixels() {
                     family.block(format!("{label} pixel {pixel}"), rendered.over(layer, &[pixel]), truth);
                 }
-                family.image(label, rendered.image(layer), truth);
+                image(&mut family, label, rendered.image(layer), truth);
             }
         }
     }
@@ -111,11 +115,13 @@ fn methods_agree_under_parallel_rays() {
     agree("parallel rays", &built(furnished("parallel rays"), turned(settings)), 4, &entries(64), 0.7);
 }
 
+/// Light tracing's variance is infinite at the poles, and less is asked of it.
 #[test]
 fn methods_agree_all_around() {
     let settings = looking(dvec3(0.1, -0.1, 0.2), dvec3(0.3, -0.3, -0.8), Projection::Equirectangular, (16, 12));
     let scene = built(furnished("all around"), CameraSettings { mirrored: true, ..settings });
-    agree("all around", &scene, 4, &entries(64), 0.6);
+    let [direct, path, light, bdpt] = entries(64);
+    agree("all around", &scene, 4, &[direct, path, light.of_infinite_variance(), bdpt], 0.6);
 }
 
 #[test]

@@ -70,7 +70,7 @@ impl Needs {
             ("emitter_choice", !self.emitter_choice),
             ("emitter_hits", !self.hittable_emitters),
             ("delta_emitters", !self.delta_emitters),
-            ("places_on_the_camera", self.pinhole),
+            ("camera_points", self.pinhole),
             ("bvh", self.few_primitives),
         ];
         candidates.iter().filter(|(_, unneeded)| *unneeded).map(|(name, _)| *name).collect()

@@ -4,6 +4,7 @@ use crate::needs::Skip;
 use crate::scene::Scene;
 use std::path::Path;
 
+mod cameras;
 mod textures;
 
 const CAMERA: &str = "[camera]\nposition = [0, 0, 3]\ntarget = [0, 0, 0]\n";
