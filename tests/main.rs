@@ -2,6 +2,7 @@
 
 mod agreement;
 mod bsdf_laws;
+mod cameras;
 mod cli;
 mod crops;
 mod determinism;

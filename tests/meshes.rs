@@ -44,15 +44,7 @@ fn room(lamp: Lamp) -> Scene {
         builder.transform(shape, mirror);
     }
     builder.emit(shape, Emission { radiance: Texture::Constant(Spectrum::splat(4.0)), two_sided: false });
-    builder.camera(CameraSettings {
-        position: dvec3(0.3, 0.9, 3.0),
-        target: dvec3(0.0, 0.6, 0.0),
-        up: DVec3::Y,
-        fov: 40.0,
-        width: 8,
-        height: 8,
-        filter: sampling::filter::Filter::Box,
-    });
+    builder.camera(CameraSettings::pinhole(dvec3(0.3, 0.9, 3.0), dvec3(0.0, 0.6, 0.0), 40.0, (8, 8)));
     builder.build(Skip::Unneeded).unwrap()
 }
 

@@ -5,7 +5,7 @@
 //! the tolerance is that of `f32` densities.
 
 use crate::support::{builtin, lambert, room, shining, sky};
-use glam::{DVec3, dvec3};
+use glam::{DVec3, dvec2, dvec3};
 use integrators::bdpt::Bdpt;
 use integrators::connect::{EmitterEnd, PathDensities};
 use integrators::method::Pixel;
@@ -14,12 +14,15 @@ use integrators::scratch::Scratch;
 use integrators::vertex::{PathVertex, Site, density_at};
 use integrators::walk::WalkRules;
 use integrators::{Contribution, Estimator, Orders, Request, Sink, Technique, Wants};
-use sampling::Vec3;
 use sampling::bsdf::{Bsdf, TransportMode, fresnel_dielectric};
 use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
 use sampling::sampler::{Purpose, Role, Sampler, SamplerKind, StreamKey};
-use scenes::{EmitterId, Endpoint, Falloff, Interaction, Mapping, Scene, SceneBuilder, Skip, Spot};
+use sampling::{Vec2, Vec3};
+use scenes::{
+    CameraSettings, EmitterId, Endpoint, Falloff, Interaction, Mapping, Projection, Rays, Scene, SceneBuilder, Skip,
+    Spot,
+};
 
 const TOLERANCE: f64 = 2e-3;
 
@@ -72,7 +75,7 @@ impl<'a> Whole<'a> {
         let (emitter, endpoint) = match &vertices[0].site {
             Site::Emitter(emitter, endpoint) => (*emitter, *endpoint),
             Site::Surface(hit) => (hit.emitter.unwrap(), scene.endpoint_of(hit)),
-            Site::Camera => panic!("a path starts at an emitter"),
+            Site::Camera(_) => panic!("a path starts at an emitter"),
         };
         let rules = settings.rules(&Request::new(Orders::up_to(6), false), &scene.needs);
         Self { scene, vertices, emitter, endpoint, settings, rules }
@@ -83,16 +86,22 @@ impl<'a> Whole<'a> {
     }
 
     fn is_infinite(&self, i: usize) -> bool {
-        i == 0 && self.endpoint.kind.is_infinite()
+        let camera = i == self.len() - 1 && self.scene.camera.rays() == Rays::Parallel;
+        camera || i == 0 && self.endpoint.kind.is_infinite()
+    }
+
+    /// Unit direction of flight from a vertex that is infinitely far.
+    fn flight(&self, i: usize) -> Vec3 {
+        if i == 0 { self.endpoint.at.ng } else { self.scene.camera.sample_we(Vec2::ZERO, Vec2::ZERO).ray.d }
     }
 
     /// Unit direction from vertex `i` to its neighbour `j`.
     fn direction(&self, i: usize, j: usize) -> Vec3 {
         if self.is_infinite(j) {
-            return -self.endpoint.at.ng;
+            return -self.flight(j);
         }
         if self.is_infinite(i) {
-            return self.endpoint.at.ng;
+            return self.flight(i);
         }
         (self.vertices[j].at.p - self.vertices[i].at.p).normalize()
     }
@@ -111,7 +120,7 @@ impl<'a> Whole<'a> {
             return pdf as f64;
         }
         if self.is_infinite(from) {
-            return (pdf * self.vertices[i].at.ng.dot(self.endpoint.at.ng).abs()) as f64;
+            return (pdf * self.vertices[i].at.ng.dot(self.flight(from)).abs()) as f64;
         }
         density_at(&self.vertices[i].at, pdf, self.vertices[from].at.p)
     }
@@ -172,7 +181,8 @@ impl<'a> Whole<'a> {
     fn weight(&self, s: usize) -> Option<f64> {
         let (settings, rules) = (self.settings, &self.rules);
         let (light, camera) = self.divide(s);
-        let mut densities = PathDensities { emitter_to_camera: settings.emitter_to_camera, ..PathDensities::default() };
+        let emitter_to_camera = settings.connects_emitters(self.scene);
+        let mut densities = PathDensities { emitter_to_camera, ..PathDensities::default() };
         let end = EmitterEnd { emitter: self.emitter, endpoint: self.endpoint };
         if s == 0 {
             densities.set_emission(self.scene, &camera, &end);
@@ -184,7 +194,7 @@ impl<'a> Whole<'a> {
         let connectable = |i: usize| !self.vertices[i].delta;
         let possible = match s {
             0 => hittable,
-            1 if self.len() == 2 => settings.emitter_to_camera && hittable,
+            1 if self.len() == 2 => emitter_to_camera && hittable,
             _ => connectable(s - 1) && connectable(s),
         };
         possible.then(|| densities.weight(s, settings.mis))
@@ -294,6 +304,24 @@ fn weights_sum_to_one_whatever_emits() {
         for mis in [Heuristic::Balance, Heuristic::Power] {
             for emitter_to_camera in [false, true] {
                 check(&scene, &Bdpt { mis, roulette: LocalRoulette::Local, emitter_to_camera }, 6);
+            }
+        }
+    }
+}
+
+/// With a lens, with parallel rays and with a view all around, mirrored and shifted.
+#[test]
+fn weights_sum_to_one_under_every_camera() {
+    let lens = Projection::ThinLens { fov: 60.0, lens_radius: 0.1, focus_distance: Some(0.7) };
+    for projection in [lens, Projection::Orthographic { extent: 0.9 }, Projection::Equirectangular] {
+        for (name, position) in [("integrating_sphere", dvec3(0.0, 0.1, 0.6)), ("glass_caustic", dvec3(0.1, 0.6, 0.9))]
+        {
+            let mut builder = scenes::load::open(name, None).unwrap();
+            let pinhole = CameraSettings::pinhole(position, dvec3(0.05, 0.2, 0.0), 40.0, (8, 8));
+            builder.camera(CameraSettings { projection, mirrored: true, shift: dvec2(0.1, 0.0), ..pinhole });
+            let scene = builder.build(Skip::Unneeded).unwrap();
+            for emitter_to_camera in [false, true] {
+                check(&scene, &Bdpt { emitter_to_camera, ..Bdpt::default() }, 2);
             }
         }
     }

@@ -64,7 +64,7 @@ pub fn builtin_with(name: &str, size: u32, skip: Skip) -> Scene {
 /// A camera with a square film.
 pub fn camera(position: DVec3, target: DVec3, fov: f64, size: u32) -> CameraSettings {
     let up = if (target - position).normalize().y.abs() > 0.99 { DVec3::X } else { DVec3::Y };
-    CameraSettings { position, target, up, fov, width: size, height: size, filter: sampling::filter::Filter::Box }
+    CameraSettings { up, ..CameraSettings::pinhole(position, target, fov, (size, size)) }
 }
 
 /// A grey diffuse material.

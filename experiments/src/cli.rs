@@ -113,7 +113,8 @@ pub struct RenderArgs {
     /// Image size [default: the scene's].
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
-    /// Only these pixels of the image: column and row of the first (from 0, at the top left), width, height.
+    /// Only these pixels of the image: column and row of the first (from 0, at the top left), width, height [default: the
+    /// scene's crop, usually all].
     #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop)]
     pub crop: Option<Window>,
     /// Seed of all random numbers.

@@ -85,8 +85,7 @@ impl Job {
         let seconds = Seconds { load, build: start.elapsed().as_secs_f64() - load, ..Seconds::default() };
         let output = output_path(args, &scene)?;
         let settings = render_settings(&*method, orders, args.tail, args.seed, sampler);
-        let whole = Window::whole(scene.camera.width(), scene.camera.height());
-        let window = args.crop.clone().unwrap_or(whole);
+        let window = args.crop.clone().unwrap_or_else(|| Window::of(&scene));
         check_window(&scene, &window)?;
         Ok(Self { scene, window, method, settings, budget, output, seconds })
     }

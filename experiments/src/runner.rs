@@ -8,7 +8,7 @@ use crate::plan::{Plan, PlannedMethod, PlannedScene};
 use crate::progress::{Progress, Verbosity};
 use crate::result::{Checkpoint, IntegralResult, MethodResult};
 use crate::stop::Stop;
-use integrators::{Layer, Render, RenderSettings};
+use integrators::{Layer, Render, RenderSettings, Window};
 
 /// Runs all of the plan in the current thread pool: integrals, then scene after scene. After an early end, what is complete.
 ///
@@ -46,7 +46,7 @@ fn samples_per_replicate(plan: &Plan, stop: &Stop) -> Result<Vec<Vec<u32>>, Erro
     let of = |scene: &PlannedScene| {
         let budget = |planned: &PlannedMethod| {
             let settings = plan.render_settings(planned);
-            let render = |settings| Render::new(&scene.scene, &*planned.method, settings);
+            let render = |settings| Render::cropped(&scene.scene, &*planned.method, settings, Window::of(&scene.scene));
             plan.budget.samples_per_replicate(&render, &settings, stop)
         };
         plan.methods.iter().map(budget).collect()
@@ -102,7 +102,7 @@ fn compare_methods(
     let mut renders = Vec::new();
     for (planned, &samples_per_replicate) in plan.methods.iter().zip(samples) {
         let settings = RenderSettings { samples_per_replicate, ..plan.render_settings(planned) };
-        renders.push(Render::new(&scene.scene, &*planned.method, settings)?);
+        renders.push(Render::cropped(&scene.scene, &*planned.method, settings, Window::of(&scene.scene))?);
     }
     'replicates: for replicate in 0..plan.budget.replicates {
         for ((render, planned), &n) in renders.iter_mut().zip(&plan.methods).zip(samples) {

@@ -3,7 +3,7 @@
 use crate::cli::{SceneArgs, print};
 use crate::error::{Error, Status};
 use integrators::Methods;
-use scenes::{LoadOptions, Needs, Scene, Skip};
+use scenes::{Crop, LoadOptions, Needs, Scene, Skip};
 use std::fmt::Write;
 
 /// What `--json` prints.
@@ -14,6 +14,8 @@ struct Report<'a> {
     width: u32,
     height: u32,
     emitter_choice: &'a str,
+    camera: String,
+    crop: Option<[u32; 4]>,
     needs: &'a Needs,
     skipped: Vec<&'static str>,
     methods: Vec<Support>,
@@ -57,6 +59,8 @@ fn describe(scene: &Scene) -> Result<Report<'_>, Error> {
         width: scene.camera.width(),
         height: scene.camera.height(),
         emitter_choice: scene.choice_rule.name(),
+        camera: scene.camera.to_string(),
+        crop: scene.crop.map(|Crop { x, y, width, height }| [x, y, width, height]),
         needs: &scene.needs,
         skipped: scene.needs.skipped(),
         methods,
@@ -69,6 +73,11 @@ fn in_words(report: &Report) -> String {
     let yes = |flag: bool| if flag { "yes" } else { "no" };
     let rows = [
         ("size", format!("{}x{}", report.width, report.height)),
+        (
+            "crop",
+            report.crop.map_or("none".to_owned(), |[x, y, width, height]| format!("{width}x{height} at {x}, {y}")),
+        ),
+        ("camera", report.camera.clone()),
         ("primitives", needs.primitives.to_string()),
         ("emitters", needs.emitters.to_string()),
         ("emitter choice", report.emitter_choice.to_owned()),

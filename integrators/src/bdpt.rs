@@ -21,7 +21,7 @@ use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
 use sampling::sampler::{Purpose, Sampler, Subpath};
 use sampling::{Vec2, Vec3};
-use scenes::{LeSample, Needs, Scene, SurfacePoint, WeSample};
+use scenes::{LeSample, Needs, Rays, Scene, SurfacePoint, WeSample};
 use serde::{Deserialize, Serialize};
 
 /// A bidirectional path tracer's settings.
@@ -55,6 +55,11 @@ impl Bdpt {
         let light = if needs.non_delta_lobes { last.map(|k| k + 1) } else { Some(1) };
         (rules(Subpath::Camera, camera), rules(Subpath::Light, light))
     }
+
+    /// Whether strategy (1, 1) is used: no sampled point of an emitter lies in the one direction of parallel rays.
+    pub fn connects_emitters(&self, scene: &Scene) -> bool {
+        self.emitter_to_camera && scene.camera.rays() != Rays::Parallel
+    }
 }
 
 impl Estimator for Bdpt {
@@ -66,8 +71,8 @@ impl Estimator for Bdpt {
     }
 
     fn missing_light(&self, needs: &Needs) -> Vec<String> {
-        let lost = needs.delta_emitters && needs.pinhole && needs.delta_lobes;
-        let class = "LS.*E from points, spots and directional emitters to a pinhole, where no two neighbouring vertices scatter by other than delta lobes";
+        let lost = needs.delta_emitters && needs.delta_lobes;
+        let class = "LS.*E from points, spots and directional emitters, where no two neighbouring vertices before the camera scatter by other than delta lobes";
         if lost { vec![class.to_owned()] } else { Vec::new() }
     }
 
@@ -84,7 +89,7 @@ impl Estimator for Bdpt {
         let CameraStart { raster, sample } = start_camera(scene, pixel, sampler, &mut scratch.counters);
         trace_camera(scene, &rules.0, &sample, sampler, scratch);
         trace_light(scene, &rules.1, sampler, scratch);
-        scratch.densities.emitter_to_camera = self.emitter_to_camera;
+        scratch.densities.emitter_to_camera = self.connects_emitters(scene);
         let light = std::mem::take(&mut scratch.light);
         let camera = std::mem::take(&mut scratch.camera);
         let mut join =
@@ -95,15 +100,15 @@ impl Estimator for Bdpt {
     }
 }
 
-fn camera_vertex(at: SurfacePoint, beta: f32) -> PathVertex {
-    let beta = Spectrum::splat(beta);
-    PathVertex { site: Site::Camera, at, wo: Vec3::ZERO, beta, pdf_fwd: 1.0, pdf_rev: 0.0, delta: false }
+fn camera_vertex(scene: &Scene, at: SurfacePoint, beta: f32) -> PathVertex {
+    let (site, beta) = (Site::Camera(scene.camera.rays()), Spectrum::splat(beta));
+    PathVertex { site, at, wo: Vec3::ZERO, beta, pdf_fwd: 1.0, pdf_rev: 0.0, delta: false }
 }
 
 /// Traces the camera subpath into the scratch.
 fn trace_camera(scene: &Scene, rules: &WalkRules, start: &WeSample, sampler: &mut Sampler, scratch: &mut Scratch) {
     scratch.camera.clear();
-    scratch.camera.push(camera_vertex(start.at, start.weight));
+    scratch.camera.push(camera_vertex(scene, start.at, start.weight));
     let departure = Departure { ray: start.ray, beta: Spectrum::splat(start.weight), pdf: start.pdf_d };
     walk(scene, rules, departure, sampler, &mut scratch.counters, &mut scratch.camera);
 }
@@ -144,7 +149,7 @@ struct Join<'a, S> {
 
 impl<S: Sink> Join<'_, S> {
     fn run(&mut self, sampler: &mut Sampler) {
-        if self.settings.emitter_to_camera && self.request.wants(0) {
+        if self.scratch.densities.emitter_to_camera && self.request.wants(0) {
             self.emitter_to_camera(sampler);
         }
         // As seen from the second vertex, the first has one density for all strategies of s ≥ 2.
@@ -190,7 +195,7 @@ impl<S: Sink> Join<'_, S> {
             Site::Emitter(emitter, endpoint) => {
                 (EmitterEnd { emitter: *emitter, endpoint: *endpoint }, self.scene.environment_le(-z.wo))
             }
-            Site::Camera => return,
+            Site::Camera(_) => return,
         };
         let value = z.beta * le;
         if value.is_zero() {
@@ -237,7 +242,7 @@ impl<S: Sink> Join<'_, S> {
         }
         let y = emitter_vertex(event.emitter, event.endpoint);
         let next_event = y.density(event.pdf, from.p);
-        let (light, camera) = ([y], [camera_vertex(from, 1.0)]);
+        let (light, camera) = ([y], [camera_vertex(self.scene, from, 1.0)]);
         self.set_connected(&light, &camera, next_event);
         self.add(raster, &light, &camera, value);
     }
@@ -259,7 +264,7 @@ impl<S: Sink> Join<'_, S> {
         if value.is_zero() || self.is_blocked(&y.at.segment_to(&seen.at)) {
             return;
         }
-        let camera = [camera_vertex(seen.at, 1.0)];
+        let camera = [camera_vertex(self.scene, seen.at, 1.0)];
         self.set_connected(light, &camera, next_event);
         self.add(seen.raster, light, &camera, value);
     }

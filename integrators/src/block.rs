@@ -1,5 +1,6 @@
 //! How the work of a replicate is cut into blocks: a tile of pixels and a range of their samples.
 
+use scenes::{Crop, Scene};
 use std::ops::Range;
 
 /// Width and height of a tile \[pixels\].
@@ -20,6 +21,14 @@ impl Window {
     /// All pixels of an image.
     pub fn whole(width: u32, height: u32) -> Self {
         Self { x: 0..width, y: 0..height }
+    }
+
+    /// Those that a scene asks for: its crop, or all.
+    pub fn of(scene: &Scene) -> Self {
+        match scene.crop {
+            Some(Crop { x, y, width, height }) => Self { x: x..x + width, y: y..y + height },
+            None => Self::whole(scene.camera.width(), scene.camera.height()),
+        }
     }
 
     /// Pixels in a row.

@@ -7,19 +7,19 @@
 //! `light[i]` and `camera[i]` being the densities with which a walk from that end generates vertex `i` from its neighbour
 //! [Veach97, §10.2]. Strategy 1 chooses its emitter vertex as seen from vertex 1, with a density of its own.
 
-use crate::vertex::{PathVertex, Site, density_at};
+use crate::vertex::{PathVertex, Site, density_across, density_at};
 use crate::walk::WalkRules;
 use sampling::bsdf::TransportMode;
 use sampling::fault;
 use sampling::mis::Heuristic;
-use scenes::{EmitterId, Endpoint, EndpointKind, Scene, SurfacePoint};
+use scenes::{EmitterId, Endpoint, EndpointKind, Rays, Scene, SurfacePoint};
 
 /// A path's densities, from both ends.
 #[derive(Clone, Debug, Default)]
 pub struct PathDensities {
     /// Density of vertex `i` from the light's end.
     pub light: Vec<f64>,
-    /// Density of vertex `i` from the camera's end; that of the camera itself is not used.
+    /// Density of vertex `i` from the camera's end; that of the camera itself, which all strategies choose alike, is not used.
     pub camera: Vec<f64>,
     /// Whether a connection may end at vertex `i` of this path: it did not scatter by a delta lobe.
     pub connectable: Vec<bool>,
@@ -62,7 +62,7 @@ impl EmitterEnd {
         let infinite = self.endpoint.kind.is_infinite();
         let d = if infinite { at.ng } else { (to.at.p - at.p).normalize_or_zero() };
         let (pdf_p, pdf_d) = scene.pdf_le(self.emitter, &self.endpoint, d);
-        let next = if infinite { pdf_d as f64 * to.at.ng.dot(d).abs() as f64 } else { density_at(&to.at, pdf_d, at.p) };
+        let next = if infinite { density_across(&to.at, pdf_d, d) } else { density_at(&to.at, pdf_d, at.p) };
         ((pdf_p * scene.emitter_pmf(self.emitter)) as f64, next)
     }
 }
@@ -83,7 +83,11 @@ impl PathDensities {
         let (s, t) = (light.len(), camera.len());
         self.copy_subpaths(light, camera);
         let (y, z) = (&light[s - 1], &camera[t - 1]);
-        let to_y = if y.is_infinite() { -y.at.ng } else { (y.at.p - z.at.p).normalize_or_zero() };
+        let to_y = match (y.is_infinite(), z.is_infinite()) {
+            (true, _) => -y.at.ng,
+            (false, true) => z.at.ng,
+            (false, false) => (y.at.p - z.at.p).normalize_or_zero(),
+        };
         self.next_event = next_event;
         match &y.site {
             Site::Emitter(emitter, endpoint) => {
@@ -99,12 +103,19 @@ impl PathDensities {
                 self.camera[s - 2] = light[s - 2].density(back * survival, y.at.p);
                 self.hittable = !matches!(&light[0].site, Site::Emitter(_, endpoint) if endpoint.kind.is_delta());
             }
-            Site::Camera => {}
+            Site::Camera(_) => {}
         }
         match &z.site {
-            Site::Camera => {
+            Site::Camera(rays) => {
                 let (_, pdf) = scene.camera.pdf_we(&z.at, to_y);
-                self.camera[s - 1] = y.density(pdf, z.at.p);
+                self.camera[s - 1] = match rays {
+                    Rays::FromPoint | Rays::FromLens => y.density(pdf, z.at.p),
+                    Rays::Parallel => fault!(
+                        "parallel_rays_taken_for_diverging",
+                        density_across(&y.at, pdf, to_y),
+                        y.density(pdf, z.at.p)
+                    ),
+                };
             }
             Site::Surface(interaction) => {
                 let survival = camera_rules.survival(interaction);

@@ -16,16 +16,15 @@ use crate::splats::{Splat, Splats};
 use rayon::prelude::*;
 use sampling::filter::Filter;
 use sampling::{Spectrum, Vec2, fault};
+use scenes::camera::{Edges, Raster};
 
 /// What one block adds to the film.
 #[derive(Clone, Debug)]
 pub struct BlockFilm<'r> {
     request: &'r Request,
-    width: u32,
-    height: u32,
+    raster: Raster,
     /// The pixels that the film has.
     window: Window,
-    filter: Filter,
     tile: Window,
     /// The pixel whose sample is taken, and the sample's weight.
     pixel: (u32, u32),
@@ -39,15 +38,13 @@ pub struct BlockFilm<'r> {
 }
 
 impl<'r> BlockFilm<'r> {
-    /// Empty, for blocks of an image of the given size whose pixels have this filter, and a film of those in a window.
-    pub fn new(request: &'r Request, (width, height): (u32, u32), window: Window, filter: Filter) -> Self {
+    /// Empty, for blocks of an image of these pixels, and a film of those in a window.
+    pub fn new(request: &'r Request, raster: Raster, window: Window) -> Self {
         let layers = request.layers().len();
-        let pixels = TILE.min(width) as usize * TILE.min(height) as usize;
+        let pixels = TILE.min(raster.width) as usize * TILE.min(raster.height) as usize;
         Self {
             request,
-            width,
-            height,
-            filter,
+            raster,
             tile: Window { x: 0..0, y: 0..0 },
             pixel: (0, 0),
             weight: 1.0,
@@ -131,31 +128,41 @@ impl BlockFilm<'_> {
     #[inline]
     fn splat(&mut self, raster: Vec2, layer: usize, value: Spectrum) {
         // The comparison, made before the conversion, also leaves out what lies off the film.
-        if !(raster.x >= 0.0 && raster.y >= 0.0 && raster.x < self.width as f32 && raster.y < self.height as f32) {
+        let Vec2 { x: width, y: height } = self.raster.size();
+        if !(raster.x >= 0.0 && raster.y >= 0.0 && raster.x < width && raster.y < height) {
             return;
         }
-        let x = fault!("last_column_left_out", raster.x as u32, (raster.x as u32).min(self.width.max(2) - 2));
+        let x = fault!("last_column_left_out", raster.x as u32, (raster.x as u32).min(self.raster.width.max(2) - 2));
         self.add_to((x, raster.y as u32), layer, value);
     }
 
-    /// Adds what lands anywhere, off the film too, to every pixel whose filter reaches there.
+    /// Adds what lands anywhere, off the film too, to every pixel whose filter reaches there: around a sphere from all sides.
     fn splat_filtered(&mut self, raster: Vec2, layer: usize, value: Spectrum) {
+        match self.raster.edges {
+            Edges::Border => self.spread(raster, layer, value),
+            Edges::Sphere => self.raster.images(raster).for_each(|image| self.spread(image, layer, value)),
+        }
+    }
+
+    /// Adds what lands at one place to every pixel whose filter reaches there.
+    fn spread(&mut self, raster: Vec2, layer: usize, value: Spectrum) {
         // As in `splat`, the comparison also leaves out what is not a number.
-        let (radius, width, height) = (self.filter.radius(), self.width as f32, self.height as f32);
+        let (filter, Vec2 { x: width, y: height }) = (self.raster.filter, self.raster.size());
+        let radius = filter.radius();
         let within = |x: f32, size: f32| x > -radius && x < size + radius;
         if !(within(raster.x, width) && within(raster.y, height)) {
             return;
         }
         let reach = |at: f32, size: u32| {
-            let first = (at - 0.5 - self.filter.radius()).ceil().max(0.0) as u32;
-            let last = (at - 0.5 + self.filter.radius()).floor();
+            let first = (at - 0.5 - radius).ceil().max(0.0) as u32;
+            let last = (at - 0.5 + radius).floor();
             first..if last < 0.0 { 0 } else { (last as u32 + 1).min(size) }
         };
-        let (columns, rows) = (reach(raster.x, self.width), reach(raster.y, self.height));
+        let (columns, rows) = (reach(raster.x, self.raster.width), reach(raster.y, self.raster.height));
         for y in rows {
-            let weight_y = self.filter.eval_1d(raster.y - (y as f32 + 0.5));
+            let weight_y = filter.eval_1d(raster.y - (y as f32 + 0.5));
             for x in columns.clone() {
-                let weight = weight_y * self.filter.eval_1d(raster.x - (x as f32 + 0.5));
+                let weight = weight_y * filter.eval_1d(raster.x - (x as f32 + 0.5));
                 self.add_to((x, y), layer, value * weight);
             }
         }
@@ -173,7 +180,7 @@ impl Sink for BlockFilm<'_> {
             self.invalid[layer] += 1;
             return;
         }
-        match (contribution.technique, self.filter) {
+        match (contribution.technique, self.raster.filter) {
             (Technique::Connect { t: 0 | 1, .. }, Filter::Box) => self.splat(contribution.raster, layer, value),
             (Technique::Connect { t: 0 | 1, .. }, _) => self.splat_filtered(contribution.raster, layer, value),
             _ => self.add_to(self.pixel, layer, value * self.weight),
@@ -227,6 +234,10 @@ mod tests {
         }
     }
 
+    fn raster(width: u32, height: u32, filter: Filter) -> Raster {
+        Raster::new(width, height, filter, Edges::Border)
+    }
+
     /// Whichever block a contribution is made in, and however the window lies to the tiles.
     #[test]
     fn a_window_of_the_film_holds_what_the_film_holds_there() {
@@ -234,7 +245,7 @@ mod tests {
         let request = Request::new(Orders::up_to(0), false);
         let filled = |window: &Window, tile: Window| {
             let mut film = Film::new(window.width(), window.height(), 1);
-            let mut block = BlockFilm::new(&request, (width, height), window.clone(), Filter::Mitchell);
+            let mut block = BlockFilm::new(&request, raster(width, height, Filter::Mitchell), window.clone());
             block.start(tile);
             for i in 0..500 {
                 let (x, y) = ((i * 7 % 400) as f32 * 0.1 - 1.5, (i * 13 % 430) as f32 * 0.1 - 1.5);
@@ -264,7 +275,7 @@ mod tests {
         let (width, height) = (37, 18);
         let request = Request::new(Orders::up_to(0), false);
         let mut film = Film::new(width, height, 1);
-        let mut block = BlockFilm::new(&request, (width, height), Window::whole(width, height), Filter::Box);
+        let mut block = BlockFilm::new(&request, raster(width, height, Filter::Box), Window::whole(width, height));
         block.start(Window { x: 16..32, y: 0..16 });
         for y in -1..=height as i32 {
             for x in -1..=width as i32 {
@@ -283,7 +294,7 @@ mod tests {
     #[test]
     fn non_finite_contributions_are_counted_and_left_out() {
         let request = Request::new(Orders::up_to(1), false);
-        let mut block = BlockFilm::new(&request, (4, 4), Window::whole(4, 4), Filter::Box);
+        let mut block = BlockFilm::new(&request, raster(4, 4, Filter::Box), Window::whole(4, 4));
         block.start(Window { x: 0..4, y: 0..4 });
         block.add(contribution(1.0, 1.0, f32::NAN));
         block.add(contribution(1.0, 1.0, f32::INFINITY));

@@ -15,7 +15,7 @@ use sampling::fault;
 use sampling::math::Spectrum;
 use sampling::sampler::{Purpose, Sampler, Subpath};
 use sampling::{Vec2, Vec3};
-use scenes::{EndpointKind, Interaction, Needs, Scene, SurfacePoint};
+use scenes::{EndpointKind, Interaction, Needs, Ray, Rays, Scene};
 use serde::{Deserialize, Serialize};
 
 /// A light tracer's settings.
@@ -44,9 +44,8 @@ impl Estimator for Light {
     }
 
     fn missing_light(&self, needs: &Needs) -> Vec<String> {
-        let lost = needs.pinhole && needs.delta_lobes;
-        let class = "L.*SE: what a mirror or glass sends to a pinhole cannot be met by a connection";
-        if lost { vec![class.to_owned()] } else { Vec::new() }
+        let class = "L.*SE: what a mirror or glass sends to the camera cannot be met by a connection";
+        if needs.delta_lobes { vec![class.to_owned()] } else { Vec::new() }
     }
 
     fn estimate<S: Sink>(
@@ -153,9 +152,8 @@ impl<S: Sink> Walk<'_, S> {
                 (le * geometry, seen.raster, endpoint.at.segment_to(&seen.at))
             }
             EndpointKind::Infinite => {
-                let (at, d) = (SurfacePoint::free(camera.position()), -endpoint.at.ng);
-                let Some((we_cos, raster)) = camera_response(self.scene, &at, d) else { return };
-                (self.scene.environment_le(d) * we_cos, raster, at.spawn(d))
+                let Some((ray, raster, response)) = self.towards_infinity(start, u) else { return };
+                (self.scene.environment_le(ray.d) * response, raster, ray)
             }
         };
         scratch.counters.connections += 1;
@@ -167,6 +165,21 @@ impl<S: Sink> Walk<'_, S> {
             return;
         }
         self.add(raster, 0, value / (start.pmf * start.sample.pdf_p));
+    }
+
+    /// A ray from the camera to where a walk comes from that starts infinitely far; where it meets the film; and what the camera
+    /// makes of the radiance along it, by the measure in which the start was sampled.
+    fn towards_infinity(&self, start: &LightStart, u: Vec2) -> Option<(Ray, Vec2, f32)> {
+        let camera = &self.scene.camera;
+        if camera.rays() == Rays::Parallel {
+            // No sampled direction is that of the camera's rays: it is taken instead, for certain, at a place of the film.
+            let raster = u * camera.raster().size();
+            return Some((camera.sample_we(raster, Vec2::ZERO).ray, raster, start.sample.pdf_p));
+        }
+        // Any point of the lens will do.
+        let (at, d) = (camera.sample_we(Vec2::ZERO, u).at, -start.sample.endpoint.at.ng);
+        let (we_cos, raster) = camera_response(self.scene, &at, d)?;
+        Some((at.spawn(d), raster, we_cos))
     }
 
     fn add(&mut self, raster: Vec2, order: usize, value: Spectrum) {

@@ -174,11 +174,10 @@ impl<'a> Render<'a> {
         let blocks = Blocks::new(taken, settings.samples_per_replicate);
         let pass = self.method.begin(self.scene, &self.request, replicate);
         let wave = (WAVE_BYTES / BlockFilm::bytes(&self.request, width, height).max(1)).clamp(1, WAVE);
-        let mut films =
-            vec![
-                BlockFilm::new(&self.request, (width, height), self.window.clone(), self.scene.camera.filter());
-                wave.min(blocks.count() as usize)
-            ];
+        let mut films = vec![
+            BlockFilm::new(&self.request, *self.scene.camera.raster(), self.window.clone());
+            wave.min(blocks.count() as usize)
+        ];
         self.film.clear();
         for first in (0..blocks.count()).step_by(films.len()) {
             let count = films.len().min((blocks.count() - first) as usize);

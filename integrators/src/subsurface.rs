@@ -198,9 +198,7 @@ mod tests {
         let mut builder = SceneBuilder::new("wax");
         let material = builder.material(Body::new("wax", wax()));
         add(&mut builder, material);
-        let (position, target, up) = (DVec3::Z, DVec3::ZERO, DVec3::Y);
-        let filter = sampling::filter::Filter::Box;
-        builder.camera(CameraSettings { position, target, up, fov: 40.0, width: 1, height: 1, filter });
+        builder.camera(CameraSettings::pinhole(DVec3::Z, DVec3::ZERO, 40.0, (1, 1)));
         builder.build(Skip::Unneeded).unwrap()
     }
 

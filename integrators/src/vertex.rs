@@ -2,13 +2,13 @@
 
 use sampling::Vec3;
 use sampling::math::Spectrum;
-use scenes::{EmitterId, Endpoint, Interaction, SurfacePoint};
+use scenes::{EmitterId, Endpoint, Interaction, Rays, SurfacePoint};
 
 /// What stands at a vertex.
 #[derive(Clone, Copy, Debug)]
 pub enum Site {
     /// The camera.
-    Camera,
+    Camera(Rays),
     /// An emitter's point where a light subpath starts, or the environment where a camera subpath escapes to.
     Emitter(EmitterId, Endpoint),
     /// A surface (which may emit).
@@ -38,17 +38,21 @@ pub struct PathVertex {
 }
 
 impl PathVertex {
-    /// Whether it stands on an emitter at no place.
+    /// Whether it is an emitter or a camera at no place; `at.ng` is the direction of flight from it then.
     #[inline]
     pub fn is_infinite(&self) -> bool {
-        matches!(&self.site, Site::Emitter(_, endpoint) if endpoint.kind.is_infinite())
+        match &self.site {
+            Site::Emitter(_, endpoint) => endpoint.kind.is_infinite(),
+            Site::Camera(rays) => *rays == Rays::Parallel,
+            Site::Surface(_) => false,
+        }
     }
 
     /// Whether a connection may end here: it scatters, emits or measures into more than single directions.
     #[inline]
     pub fn is_connectable(&self) -> bool {
         match &self.site {
-            Site::Camera | Site::Emitter(..) => true,
+            Site::Camera(_) | Site::Emitter(..) => true,
             Site::Surface(interaction) => interaction.is_connectable(),
         }
     }
@@ -58,6 +62,12 @@ impl PathVertex {
     pub fn density(&self, pdf: f32, from: Vec3) -> f64 {
         if self.is_infinite() { pdf as f64 } else { density_at(&self.at, pdf, from) }
     }
+}
+
+/// A density per area across the unit direction `d` as one per area at `at` [1/m²].
+#[inline]
+pub fn density_across(at: &SurfacePoint, pdf: f32, d: Vec3) -> f64 {
+    pdf as f64 * at.ng.dot(d).abs() as f64
 }
 
 /// A density per solid angle at `from` [1/sr] as one per area at `at` [1/m²]. Off surfaces the density per area facing `from`.

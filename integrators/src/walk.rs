@@ -2,7 +2,7 @@
 
 use crate::measurement::Counters;
 use crate::roulette::LocalRoulette;
-use crate::vertex::{PathVertex, Site, density_at};
+use crate::vertex::{PathVertex, Site, density_across, density_at};
 use sampling::Vec3;
 use sampling::bsdf::{Lobes, TransportMode};
 use sampling::fault;
@@ -82,7 +82,7 @@ pub fn walk(
             return;
         };
         let pdf_fwd = match previous.is_infinite() {
-            true => pdf as f64 * hit.point.ng.dot(ray.d).abs() as f64,
+            true => density_across(&hit.point, pdf, ray.d),
             false => density_at(&hit.point, pdf, previous.at.p),
         };
         let mut vertex = PathVertex {

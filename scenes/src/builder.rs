@@ -8,7 +8,7 @@ mod hash;
 mod parts;
 mod varying;
 
-pub use crate::camera::CameraSettings;
+pub use crate::camera::{CameraSettings, Crop, Projection};
 pub use crate::emitter::{ChoiceRule, Emission, EnvironmentImage, Falloff, Mapping, Spot};
 pub use crate::shape::{MeshData, ShapeId};
 

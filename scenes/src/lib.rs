@@ -55,7 +55,7 @@ pub mod texture;
 pub use builder::{
     CameraSettings, ChoiceRule, Emission, EnvironmentImage, Falloff, Mapping, MeshData, SceneBuilder, ShapeId, Spot,
 };
-pub use camera::{Camera, WeSample, WiSample};
+pub use camera::{Camera, Crop, Projection, Rays, WeSample, WiSample};
 pub use emitter::{Emitter, EmitterId, Endpoint, EndpointKind, LeSample, LiSample};
 pub use error::SceneError;
 pub use interaction::Interaction;

@@ -47,7 +47,7 @@ pub struct Needs {
     pub delta_emitters: bool,
     /// So few primitives that a list is searched instead of a tree.
     pub few_primitives: bool,
-    /// The camera is a pinhole, so that no ray meets it.
+    /// The rays of the camera leave from one point, so that no place on it is to be sampled.
     pub pinhole: bool,
     /// Number of triangles and spheres.
     pub primitives: usize,
@@ -70,6 +70,7 @@ impl Needs {
             ("emitter_choice", !self.emitter_choice),
             ("emitter_hits", !self.hittable_emitters),
             ("delta_emitters", !self.delta_emitters),
+            ("camera_points", self.pinhole),
             ("bvh", self.few_primitives),
         ];
         candidates.iter().filter(|(_, unneeded)| *unneeded).map(|(name, _)| *name).collect()

@@ -4,7 +4,7 @@ mod masks;
 mod shading;
 
 use crate::accel::Accel;
-use crate::camera::Camera;
+use crate::camera::{Camera, Crop};
 use crate::emitter::{
     ChoiceRule, Emitter, EmitterChoice, EmitterId, Endpoint, EndpointKind, LeSample, LiSample, NextEventChoice,
 };
@@ -24,6 +24,8 @@ pub struct Scene {
     pub name: String,
     /// Its camera.
     pub camera: Camera,
+    /// The pixels that are rendered unless others are asked for; all of them if None.
+    pub crop: Option<Crop>,
     /// What it asks of a method; under [`Skip::Nothing`](crate::needs::Skip) more than it holds.
     pub needs: Needs,
     /// What it holds, whatever is skipped: what methods are asked about.
@@ -36,7 +38,8 @@ pub struct Scene {
     pub choice_rule: ChoiceRule,
     /// What was approximated or left out when it was loaded.
     pub notes: Vec<String>,
-    /// A hash of all that its images depend on: geometry, materials, emitters, camera as built.
+    /// A hash of all that its images depend on: geometry, materials, emitters, camera as built; not the number of
+    /// pixels and the crop.
     pub hash: String,
     /// Where the scene's own coordinates have their origin, in the coordinates it was given in \[m\]; zero unless it lies
     /// far from the origin.

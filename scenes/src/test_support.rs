@@ -38,15 +38,7 @@ impl Random {
 pub(crate) fn grey_builder(name: &str) -> (SceneBuilder, MaterialId) {
     let mut builder = SceneBuilder::new(name);
     let grey = builder.material(Lambert { albedo: Spectrum::splat(0.5) });
-    builder.camera(CameraSettings {
-        position: dvec3(0.0, 0.0, 5.0),
-        target: DVec3::ZERO,
-        up: DVec3::Y,
-        fov: 40.0,
-        width: 64,
-        height: 48,
-        filter: sampling::filter::Filter::Box,
-    });
+    builder.camera(CameraSettings::pinhole(dvec3(0.0, 0.0, 5.0), DVec3::ZERO, 40.0, (64, 48)));
     (builder, grey)
 }
 

@@ -3,7 +3,7 @@
 use super::{Budget, Family, Rendered, measure, method_with, scale};
 use sampling::bsdf::Lobes;
 use sampling::sampler::SamplerKind;
-use sampling::{Vec2, vec2};
+use sampling::vec2;
 use scenes::Scene;
 use serde_json::{Value, json};
 
@@ -104,8 +104,7 @@ fn blocks_of(rendered: &Rendered, pixels: &[usize]) -> Vec<Vec<usize>> {
     blocks
 }
 
-/// The pixels whose light both methods carry. With a pinhole, light tracing loses the paths whose last scattering is by a
-/// delta lobe.
+/// The pixels whose light both methods carry. Light tracing loses the paths whose last scattering is by a delta lobe.
 fn pixels_of_both(scene: &Scene, a: &Entry, b: &Entry) -> Vec<usize> {
     if [a, b].iter().any(|entry| entry.name == "light") {
         return pixels_without_delta(scene);
@@ -121,7 +120,9 @@ pub fn pixels_without_delta(scene: &Scene) -> Vec<usize> {
         (0..RAYS * RAYS).any(|i| {
             let within = vec2((i % RAYS) as f32, (i / RAYS) as f32) / (RAYS as f32 - 0.5);
             let corner = vec2((pixel % width) as f32, (pixel / width) as f32);
-            let hit = scene.intersect(&scene.camera.sample_we(corner + within, Vec2::ZERO).ray);
+            // A sequence that covers a lens evenly, whichever part of the pixels is looked at.
+            let lens = vec2(i as f32 * 0.754_877_7, i as f32 * 0.569_840_3).fract();
+            let hit = scene.intersect(&scene.camera.sample_we(corner + within, lens).ray);
             hit.is_some_and(|hit| hit.bsdf.lobes().intersects(Lobes::DELTA))
         })
     };

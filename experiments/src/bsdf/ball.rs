@@ -51,15 +51,7 @@ fn scene(bsdf: &Bsdf) -> Result<Scene, Error> {
     builder.flip(lamp);
     builder.emit(lamp, Emission { radiance: Spectrum::new(14.0, 13.0, 11.5).into(), two_sided: true });
     builder.environment(Spectrum::new(0.30, 0.33, 0.38));
-    builder.camera(CameraSettings {
-        position: dvec3(0.0, 1.1, 5.2),
-        target: dvec3(0.0, -0.1, 0.0),
-        up: DVec3::Y,
-        fov: 28.0,
-        width: SIDE,
-        height: SIDE,
-        filter: sampling::filter::Filter::Box,
-    });
+    builder.camera(CameraSettings::pinhole(dvec3(0.0, 1.1, 5.2), dvec3(0.0, -0.1, 0.0), 28.0, (SIDE, SIDE)));
     Ok(builder.build(Skip::Unneeded)?)
 }
 

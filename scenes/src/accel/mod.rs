@@ -87,8 +87,8 @@ impl Best {
 }
 
 impl Accel {
-    /// Arranges triangles and analytic surfaces. `eye` is a point outside them that rays may start from. The triangles are let go
-    /// of, if they are given away, before most of the memory is taken.
+    /// Arranges triangles and analytic surfaces. `eye` is as far out as rays may start outside them. The triangles are let go of, if
+    /// they are given away, before most of the memory is taken.
     pub fn build(triangles: impl AsRef<[Triangle]>, analytic: Vec<Analytic>, eye: Vec3, skip: Skip) -> Self {
         let primitives = triangles.as_ref().len() + analytic.len();
         let pairs = pairing::pair_up(triangles.as_ref());

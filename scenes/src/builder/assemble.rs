@@ -57,11 +57,12 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
     let given = materials(&builder.materials, shift, Skip::Unneeded);
     let choice_rule = builder.choice_rule.unwrap_or_else(|| ChoiceRule::for_emitters(&parts.emitters));
     let hash = hash(&parts.content(&given, environment, &camera), choice_rule);
-    let (needs, facts) = (parts.needs(skip), parts.needs(Skip::Unneeded));
-    let accel = Accel::build(parts.triangles, parts.analytic, camera.position(), skip);
+    let (needs, facts) = (parts.needs(&camera, skip), parts.needs(&camera, Skip::Unneeded));
+    let accel = Accel::build(parts.triangles, parts.analytic, camera.extent(), skip);
     Ok(Scene {
         name: builder.name,
         camera,
+        crop: settings.crop,
         needs,
         facts,
         choice: EmitterChoice::new(&parts.emitters, skip)?,

@@ -21,6 +21,9 @@ pub(super) fn check(builder: &SceneBuilder) -> Result<(), SceneError> {
             "add one with a position, a target and a field of view",
         ));
     }
+    if let Some((crop, fault)) = builder.camera.and_then(|c| Some((c.crop?, c.crop?.fault(c.width, c.height)?))) {
+        return Err(SceneError::invalid(format!("the camera's crop is {crop:?}"), fault));
+    }
     for (index, material) in builder.materials.iter().enumerate() {
         match material {
             Material::Constant(Bsdf::Lambert(lambert)) => {

@@ -5,7 +5,7 @@ use super::hash::Content;
 use super::varying::{Looked, check_coordinates, look};
 use super::{MaterialName, Shape};
 use crate::accel::FEW;
-use crate::camera::Camera;
+use crate::camera::{Camera, Rays};
 use crate::emitter::{Emission, Emitter, EmitterId};
 use crate::error::SceneError;
 use crate::material::Material;
@@ -192,7 +192,7 @@ impl Parts {
         let farthest = |(low, high): (Vec3, Vec3)| low.abs().max(high.abs());
         let analytic = self.analytic.iter().map(|surface| farthest(surface.extent()));
         let largest =
-            vertices.chain(analytic).chain([camera.position()]).map(|p| p.abs().max_element()).fold(0.0, f32::max);
+            vertices.chain(analytic).chain([camera.extent()]).map(|p| p.abs().max_element()).fold(0.0, f32::max);
         let visible = |surface: &Analytic| surface.balls().iter().all(|(_, radius)| *radius > 0.0);
         if largest <= FARTHEST && self.analytic.iter().all(visible) {
             return Ok(());
@@ -227,7 +227,7 @@ impl Parts {
     }
 
     /// What the scene asks of a method; called once all emitters are there.
-    pub fn needs(&self, skip: Skip) -> Needs {
+    pub fn needs(&self, camera: &Camera, skip: Skip) -> Needs {
         let used = || self.surfaces.iter().map(|surface| &self.materials[surface.material.0 as usize]);
         let everything = skip == Skip::Nothing;
         let has = |lobes: Lobes| used().any(|material| material.lobes().intersects(lobes));
@@ -250,7 +250,7 @@ impl Parts {
             hittable_emitters: everything || bright().any(|emitter| !emitter.is_delta()),
             delta_emitters: everything || bright().any(Emitter::is_delta),
             few_primitives: !everything && primitives <= FEW,
-            pinhole: true,
+            pinhole: !everything && camera.rays() == Rays::FromPoint,
             primitives,
         }
     }

@@ -121,7 +121,7 @@ fn the_hash_knows_what_an_image_depends_on() {
         scene(&|b, _| b.transform(ShapeId(0), DAffine3::from_scale(dvec3(1.0, 1.0, 0.999)))),
         scene(&|b, _| {
             let settings = b.camera.expect("there is one");
-            b.camera(CameraSettings { fov: 41.0, ..settings });
+            b.camera(CameraSettings { projection: Projection::Pinhole { fov: 41.0 }, ..settings });
         }),
     ];
     for (i, hash) in others.iter().enumerate() {
@@ -213,15 +213,7 @@ fn tangents_run_along_u() {
         let mut builder = SceneBuilder::new("tangents");
         let material = builder.material(sampling::bsdf::Bsdf::from(metal()));
         add(&mut builder, material);
-        builder.camera(CameraSettings {
-            position: dvec3(0.3, 0.2, 5.0),
-            target: DVec3::ZERO,
-            up: DVec3::Y,
-            fov: 40.0,
-            width: 4,
-            height: 4,
-            filter: sampling::filter::Filter::Box,
-        });
+        builder.camera(CameraSettings::pinhole(dvec3(0.3, 0.2, 5.0), DVec3::ZERO, 40.0, (4, 4)));
         let scene = builder.build(Skip::Unneeded).unwrap();
         assert!(scene.needs.tangents);
         let ray = Ray::new(vec3(0.3, 0.2, 5.0), -Vec3::Z);

@@ -10,6 +10,7 @@
 //! width = 256             # default 256, as is height
 //! height = 256
 //! filter = "box"          # default; or triangle, gaussian, mitchell, blackman_harris
+//! # type = "pinhole"      # default; or thin_lens, orthographic, equirectangular, each with keys of its own
 //! [materials.white]
 //! type = "lambert"        # the name of a model, as `neumann list bsdfs` has them
 //! albedo = 0.7            # a number, [r, g, b], or { ramp = { base = 0.5, slope = 0.4, axis = [0, 0, 1] } }
@@ -24,10 +25,12 @@
 //! ```
 //!
 //! `emitter_choice`, at the top, says how next-event estimation chooses among emitters: one of
-//! [`ChoiceRule::NAMES`](crate::ChoiceRule::NAMES). Materials, shapes and emitters are described key by key where they are read, in `materials.rs`, `shapes.rs` and `emitters.rs`; the keys of a
+//! [`ChoiceRule::NAMES`](crate::ChoiceRule::NAMES). Cameras, materials, shapes and emitters are described key by key where they are read, in
+//! `camera.rs`, `materials.rs`, `shapes.rs` and `emitters.rs`; the keys of a
 //! material are the parameters of its model, [`ModelEntry::parameters`](sampling::bsdf::ModelEntry::parameters). An unknown key,
 //! name or type is an error with the nearest valid one; every error names the file, the line and the mend.
 
+mod camera;
 mod emitters;
 mod materials;
 mod reader;
@@ -41,14 +44,11 @@ mod tests;
 
 use std::path::Path;
 
-use glam::DVec3;
-
-use crate::builder::{CameraSettings, SceneBuilder};
+use crate::builder::SceneBuilder;
 use crate::error::SceneError;
 use crate::suggest::did_you_mean;
 use reader::{Source, Table, Value};
 use sampling::bsdf::Bsdf;
-use sampling::filter::Filter;
 
 /// The longest side of an image \[pixels\].
 pub const MAX_SIDE: u32 = 65_536;
@@ -79,10 +79,14 @@ pub fn read(text: &str, origin: Origin, size: Option<(u32, u32)>) -> Result<Scen
     let materials = materials::read(&root, origin.folder, &mut builder)?;
     shapes::read(&root, &materials, origin.folder, &mut builder)?;
     emitters::read(&root, origin.folder, &mut builder)?;
-    let camera = root
+    let table = root
         .get("camera")
         .ok_or_else(|| root.error("the scene has no camera", "add a table `[camera]` with `position` and `target`"))?;
-    builder.camera(read_camera(&camera.table()?, size)?);
+    let (camera, note) = camera::read(&table.table()?, size)?;
+    builder.camera(camera);
+    if let Some(note) = note {
+        builder.note(note);
+    }
     Ok(builder)
 }
 
@@ -115,58 +119,6 @@ fn kind<'a>(table: &Table<'a>, valid: &[&str]) -> Result<&'a str, SceneError> {
     let value = table.need("type", &format!("\"{}\"", valid[0]))?;
     let kind = value.text()?;
     if valid.contains(&kind) { Ok(kind) } else { Err(value.error(did_you_mean(kind, valid))) }
-}
-
-/// `[camera]`: a pinhole at `position` that looks at `target`.
-fn read_camera(table: &Table, size: Option<(u32, u32)>) -> Result<CameraSettings, SceneError> {
-    table.allow_only(&["type", "position", "target", "up", "fov", "width", "height", "filter"])?;
-    if table.get("type").is_some() {
-        kind(table, &["pinhole"])?;
-    }
-    let position = table.need("position", "[0, 0, 3]")?.vec3()?;
-    let target = table.need("target", "[0, 0, 0]")?;
-    let Some(view) = (target.vec3()? - position).try_normalize() else {
-        return Err(target.error("it must differ from the camera's `position`"));
-    };
-    let up = match table.get("up") {
-        Some(up) => up.direction()?,
-        None => DVec3::Y,
-    };
-    if up.cross(view).length() < 1e-6 {
-        let message = format!("the camera looks along its `up`, [{}, {}, {}]", up.x, up.y, up.z);
-        let across = if view.y.abs() < 0.9 { "[0, 1, 0]" } else { "[0, 0, 1]" };
-        return Err(table.error(message, format!("give an `up` across the view, such as `up = {across}`")));
-    }
-    let fov = match table.get("fov") {
-        Some(fov) => fov.number_in(0.001..=179.0, "a field of view lies between 0.001 and 179 degrees")?,
-        None => 40.0,
-    };
-    let (width, height) = match size {
-        Some(size) => size,
-        None => (side(table, "width")?, side(table, "height")?),
-    };
-    check_size(width, height).map_err(|error| match error {
-        SceneError::Invalid { message, mend, .. } => table.error(message, mend),
-        other => other,
-    })?;
-    let filter = match table.get("filter") {
-        Some(value) => value.text()?.parse().map_err(|_| {
-            let names: Vec<String> = Filter::ALL.iter().map(Filter::to_string).collect();
-            let names: Vec<&str> = names.iter().map(String::as_str).collect();
-            value.error(did_you_mean(value.text().unwrap_or_default(), &names))
-        })?,
-        None => Filter::default(),
-    };
-    Ok(CameraSettings { position, target: target.vec3()?, up, fov, width, height, filter })
-}
-
-fn side(table: &Table, key: &str) -> Result<u32, SceneError> {
-    let Some(value) = table.get(key) else { return Ok(256) };
-    let pixels = value.whole()?;
-    if (1..=i64::from(MAX_SIDE)).contains(&pixels) {
-        return Ok(pixels as u32);
-    }
-    Err(value.error(format!("an image side lies between 1 and {MAX_SIDE} pixels")))
 }
 
 /// Refuses image sizes of 0 and absurd ones.

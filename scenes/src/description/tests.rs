@@ -4,6 +4,7 @@ use crate::needs::Skip;
 use crate::scene::Scene;
 use std::path::Path;
 
+mod cameras;
 mod emitters;
 mod shapes;
 mod textures;

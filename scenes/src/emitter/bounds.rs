@@ -1,7 +1,8 @@
 //! What is known of a group of emitters from afar: where they are, where they shine, and how strongly.
 
 use super::{AreaShape, Emitter};
-use sampling::Vec3;
+use crate::shape::Analytic;
+use sampling::{Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI};
 
 /// A cone around the normals of emitters, and how far from a normal they shine \[Conty18, 4.1\].
@@ -65,9 +66,9 @@ impl Bounds {
             Emitter::Area(area) => {
                 let (points, normals) = match &area.shape {
                     AreaShape::Quad(quad) => (quad.corners.to_vec(), quad.normals.to_vec()),
-                    AreaShape::Sphere(sphere) => {
-                        (vec![sphere.center - sphere.radius, sphere.center + sphere.radius], vec![])
-                    }
+                    AreaShape::Sphere(sphere) => (ends(&Analytic::Sphere(*sphere)), vec![]),
+                    AreaShape::Disk(disk) => (ends(&Analytic::Disk(disk.clone())), vec![disk.sample(Vec2::ZERO).ng]),
+                    AreaShape::Cylinder(cylinder) => (ends(&Analytic::Cylinder(cylinder.clone())), vec![]),
                     AreaShape::Mesh { triangles, .. } => (
                         triangles.iter().flat_map(|(triangle, _)| triangle.0).collect(),
                         triangles.iter().map(|(_, normal)| *normal).collect(),
@@ -112,6 +113,12 @@ pub(super) fn strength(emitter: &Emitter, cone: &Cone) -> f64 {
         // π sr for a plane, 4π sr for a ball.
         other => other.power() / (f64::from(PI) * (1.0 + 1.5 * (1.0 - f64::from(cone.normals.cos())))),
     }
+}
+
+/// Two corners of a box around it.
+fn ends(surface: &Analytic) -> Vec<Vec3> {
+    let (low, high) = surface.extent();
+    vec![low, high]
 }
 
 /// A cone around these normals of surfaces.

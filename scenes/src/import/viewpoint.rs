@@ -104,29 +104,13 @@ fn outside(bounds: &Bounds, side: DVec3, up: DVec3, (width, height): (u32, u32))
     let half = (bounds.half(side.cross(up)) / wide).max(bounds.half(up) / high).max(1e-3 * bounds.size());
     let distance = bounds.half(side) + 1.02 * half / (FOV * 0.5).to_radians().tan();
     let position = bounds.middle() + side * distance;
-    CameraSettings {
-        position,
-        target: bounds.middle(),
-        up,
-        fov: FOV,
-        width,
-        height,
-        filter: sampling::filter::Filter::Box,
-    }
+    CameraSettings { up, ..CameraSettings::pinhole(position, bounds.middle(), FOV, (width, height)) }
 }
 
-fn inside(bounds: &Bounds, (width, height): (u32, u32)) -> CameraSettings {
+fn inside(bounds: &Bounds, size: (u32, u32)) -> CameraSettings {
     let middle = bounds.middle();
     let position = middle + DVec3::Z * 0.95 * bounds.half(DVec3::Z);
-    CameraSettings {
-        position,
-        target: middle,
-        up: DVec3::Y,
-        fov: FOV_INSIDE,
-        width,
-        height,
-        filter: sampling::filter::Filter::Box,
-    }
+    CameraSettings::pinhole(position, middle, FOV_INSIDE, size)
 }
 
 fn try_view(meshes: &[&MeshData], bounds: &Bounds, side: DVec3, up: DVec3) -> Seen {
@@ -230,6 +214,6 @@ mod tests {
     fn the_whole_side_is_in_the_picture() {
         let camera = choose(&[&room(&[1])], true, (512, 256));
         let distance = camera.position.z - 1.0;
-        assert!(distance * (camera.fov * 0.5).to_radians().tan() >= 1.0);
+        assert!(distance * (FOV * 0.5).to_radians().tan() >= 1.0);
     }
 }
