@@ -215,7 +215,7 @@ pub struct CellSample {
     pub column: usize,
     /// The row of its cell.
     pub row: usize,
-    /// Where it lies within the cell, in (0, 1)².
+    /// Where it lies within the cell, in (0, 1]².
     pub within: Vec2,
     /// Its density on the unit square.
     pub pdf: f32,

@@ -2,7 +2,7 @@
 
 use super::distant::{sky, spots};
 use crate::builder::{ChoiceRule, Emission, Mapping, SceneBuilder};
-use crate::emitter::{Emitter, EmitterId, Spot};
+use crate::emitter::{EmitterId, Spot};
 use crate::needs::Skip;
 use crate::ray::SurfacePoint;
 use crate::scene::Scene;
@@ -96,14 +96,24 @@ fn a_tree_forgets_no_emitter() {
     }
 }
 
+/// Of two plates of equal power, one near and one far; and of two back to back.
 #[test]
 fn a_tree_prefers_what_is_near_and_faces_the_point() {
-    let scene = crowd(ChoiceRule::Tree);
-    for (index, emitter) in scene.emitters.iter().enumerate() {
-        let Emitter::Point(point) = emitter else { continue };
-        let beside = SurfacePoint::free(point.position + vec3(0.003, 0.0, 0.0));
-        // Three points are at the same place, and there are three equal slots: tree, sky and parallel light.
-        assert!(scene.emitter_pmf_for(EmitterId(index as u32), &beside) > 0.07);
+    for (far, turned) in [(10.0, false), (0.0, true)] {
+        let (mut builder, grey) = grey_builder("two plates");
+        for (x, flipped) in [(0.0, false), (far, turned)] {
+            let shape = builder.quad(dvec3(x, 0.0, 0.0), DVec3::X * 0.1, DVec3::Y * 0.1, grey);
+            builder.emit(shape, Emission { radiance: 1.0.into(), two_sided: false });
+            if flipped {
+                builder.flip(shape);
+            }
+        }
+        builder.emitter_choice(ChoiceRule::Tree);
+        let scene = built(builder, Skip::Unneeded);
+        let at = SurfacePoint::free(vec3(0.05, 0.05, 0.5));
+        // An eighth is by power: half of it each.
+        assert!(scene.emitter_pmf_for(EmitterId(0), &at) > 0.93, "{far} {turned}");
+        assert!(scene.emitter_pmf_for(EmitterId(1), &at) < 0.07, "{far} {turned}");
     }
 }
 
