@@ -5,7 +5,8 @@ use std::path::Path;
 use crate::builder::SceneBuilder;
 use crate::description::{self, Origin};
 use crate::error::SceneError;
-use crate::import::obj;
+use crate::import::translation::Translation;
+use crate::import::{mitsuba, obj};
 use crate::needs::Skip;
 use crate::scene::Scene;
 use crate::suggest::did_you_mean;
@@ -25,7 +26,8 @@ pub fn builtin_names() -> &'static [&'static str] {
     builtin::NAMES
 }
 
-/// Loads a built-in scene by its name, or a file by its path: `.toml` (see [`description`]) or `.obj` (see [`obj`]).
+/// Loads a built-in scene by its name, or a file by its path: `.toml` (see [`description`]), `.obj` (see [`obj`]) or
+/// `.xml` (see [`mitsuba`]).
 ///
 /// A path is told from a name by its ending or a separator; a file never hides a built-in.
 pub fn load(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneError> {
@@ -47,17 +49,19 @@ pub fn open(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder
     }
     if let Some(text) = builtin::source(name_or_path) {
         let file = format!("{name_or_path}.toml");
-        return description::read(text, Origin { scene: name_or_path, file: &file, folder: None }, size);
+        let origin = Origin { scene: name_or_path, file: &file, folder: None, attachments: &[] };
+        return description::read(text, origin, size);
     }
     let path = Path::new(name_or_path);
     let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase);
     let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("scene");
+    let folder = path.parent().unwrap_or(Path::new(""));
     match ending.as_deref() {
+        Some("xml") => translation(name_or_path, folder)?.read(stem, folder, size),
         Some("toml") => {
             let bytes = std::fs::read(path).map_err(|error| unreadable(path, error))?;
             let text = String::from_utf8(bytes).map_err(|error| not_utf8(path, &error))?;
-            let origin =
-                Origin { scene: stem, file: name_or_path, folder: Some(path.parent().unwrap_or(Path::new(""))) };
+            let origin = Origin { scene: stem, file: name_or_path, folder: Some(folder), attachments: &[] };
             description::read(&text, origin, size)
         }
         Some("obj") => {
@@ -70,12 +74,21 @@ pub fn open(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder
     }
 }
 
+/// A foreign scene as the text of a scene file whose paths start at the folder `base`: `.xml` (see [`mitsuba`]).
+pub fn translation(path: &str, base: &Path) -> Result<Translation, SceneError> {
+    let path = Path::new(path);
+    if !path.is_file() {
+        return Err(unreadable(path, std::io::ErrorKind::NotFound.into()));
+    }
+    mitsuba::translate(path, base, &path.file_stem().unwrap_or_default().to_string_lossy())
+}
+
 fn unknown(name: &str, path: &Path) -> SceneError {
     if path.exists() {
-        let mend = "scenes are read from `.toml` and `.obj` files";
+        let mend = "scenes are read from `.toml`, `.obj` and Mitsuba's `.xml` files";
         return SceneError::invalid("this kind of file is not read", mend).in_file(path);
     }
-    let mend = format!("{}; or give the path of a .toml or .obj file", did_you_mean(name, builtin::NAMES));
+    let mend = format!("{}; or give the path of a .toml, .obj or .xml file", did_you_mean(name, builtin::NAMES));
     SceneError::Unknown { name: name.to_string(), mend }
 }
 
@@ -90,7 +103,7 @@ fn unreadable(path: &Path, error: std::io::Error) -> SceneError {
     let siblings: Vec<&str> = siblings.iter().map(String::as_str).collect();
     let mend = match suggest::nearest(name, &siblings) {
         Some(near) if near != name => format!("did you mean `{}`?", path.with_file_name(near).display()),
-        _ => "give the path of a .toml or .obj file".to_string(),
+        _ => "give the path of a .toml, .obj or .xml file".to_string(),
     };
     SceneError::unreadable(path, error, mend)
 }

@@ -32,6 +32,8 @@ pub struct Scene {
     pub environment: Option<EmitterId>,
     /// What was approximated or left out when it was loaded.
     pub notes: Vec<String>,
+    /// How much of the series is rendered unless something else is asked for.
+    pub series: Series,
     /// A hash of all that its images depend on: geometry, materials, emitters, camera as built.
     pub hash: String,
     /// Where the scene's own coordinates have their origin, in the coordinates it was given in \[m\]; zero unless it lies
@@ -46,6 +48,15 @@ pub struct Scene {
     pub(crate) attributes: Vec<Attributes>,
     pub(crate) materials: Vec<Material>,
     pub(crate) choice: EmitterChoice,
+}
+
+/// How much of the Neumann series a scene is meant to be rendered with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Series {
+    /// The last order, if the scene names one.
+    pub max_order: Option<usize>,
+    /// Whether all beyond it is meant too.
+    pub tail: bool,
 }
 
 /// A sphere around all surfaces of a scene.

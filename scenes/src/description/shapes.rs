@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::Origin;
 use glam::{DAffine3, DVec3};
 use sampling::vec2;
 
@@ -26,7 +27,7 @@ const COMMON: [&str; 6] = ["type", "material", "emission", "two_sided", "flip", 
 pub(super) fn read(
     root: &Table,
     materials: &Materials,
-    folder: Option<&Path>,
+    origin: &Origin,
     builder: &mut SceneBuilder,
 ) -> Result<(), SceneError> {
     let shapes = tables(root, "shapes")?;
@@ -37,7 +38,7 @@ pub(super) fn read(
         match kind(table, &["quad", "sphere", "mesh"])? {
             "quad" => read_quad(table, materials, builder)?,
             "sphere" => read_sphere(table, materials, builder)?,
-            _ if table.get("file").is_some() => read_mesh_file(table, materials, folder, builder)?,
+            _ if table.get("file").is_some() => read_mesh_file(table, materials, origin, builder)?,
             _ => read_mesh(table, materials, builder)?,
         }
     }
@@ -141,22 +142,26 @@ fn read_face(face: &Value, vertices: usize) -> Result<Vec<u32>, SceneError> {
 fn read_mesh_file(
     table: &Table,
     materials: &Materials,
-    folder: Option<&Path>,
+    origin: &Origin,
     builder: &mut SceneBuilder,
 ) -> Result<(), SceneError> {
     allow(table, &["file"])?;
     let file = table.need("file", "\"mesh.obj\"")?;
     let name = file.text()?;
     let is_obj = Path::new(name).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("obj"));
-    let Some(folder) = folder.filter(|_| is_obj) else {
+    let Some(folder) = origin.folder.filter(|_| is_obj) else {
         return Err(file.error("meshes are read from .obj files"));
     };
     let path = folder.join(name);
-    if !path.is_file() {
+    let attached = origin.attachments.iter().find(|attachment| attachment.name == name);
+    if attached.is_none() && !path.is_file() {
         return Err(file.error(format!("there is no file {}; paths start at the scene file's folder", path.display())));
     }
     let material = table.get("material").is_some().then(|| materials.named(table)).transpose()?;
-    let model = obj::Model::open(&path)?;
+    let model = match attached {
+        Some(attachment) => obj::Model::read(&path, attachment.text.as_bytes())?,
+        None => obj::Model::open(&path)?,
+    };
     let overrides = obj::Overrides { material, no_emission: material.is_some() || table.get("emission").is_some() };
     for (shape, points) in model.add_to(builder, overrides) {
         finish(table, materials, shape, Extent::Points(points), builder)?;
