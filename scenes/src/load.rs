@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::builder::SceneBuilder;
 use crate::description::{self, Origin};
 use crate::error::SceneError;
-use crate::import::translation::Translation;
+use crate::import::translation::{Note, Translation};
 use crate::import::{mitsuba, obj};
 use crate::needs::Skip;
 use crate::scene::Scene;
@@ -44,6 +44,26 @@ pub fn placed(error: SceneError, name_or_path: &str) -> SceneError {
 
 /// Loads a scene into a builder, which still can be changed.
 pub fn open(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder, SceneError> {
+    open_with_notes(name_or_path, size).map(|(builder, _)| builder)
+}
+
+/// The same with all that its translation noted, if it had one.
+pub fn open_with_notes(name_or_path: &str, size: Option<(u32, u32)>) -> Result<(SceneBuilder, Vec<Note>), SceneError> {
+    let path = Path::new(name_or_path);
+    let is_foreign = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xml"));
+    if !is_foreign {
+        return open_own(name_or_path, size).map(|builder| (builder, Vec::new()));
+    }
+    if let Some((width, height)) = size {
+        description::check_size(width, height)?;
+    }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let translation = translation(name_or_path, folder)?;
+    let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("scene");
+    Ok((translation.read(stem, folder, size)?, translation.notes))
+}
+
+fn open_own(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder, SceneError> {
     if let Some((width, height)) = size {
         description::check_size(width, height)?;
     }
@@ -57,7 +77,6 @@ pub fn open(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder
     let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("scene");
     let folder = path.parent().unwrap_or(Path::new(""));
     match ending.as_deref() {
-        Some("xml") => translation(name_or_path, folder)?.read(stem, folder, size),
         Some("toml") => {
             let bytes = std::fs::read(path).map_err(|error| unreadable(path, error))?;
             let text = String::from_utf8(bytes).map_err(|error| not_utf8(path, &error))?;
@@ -74,13 +93,19 @@ pub fn open(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder
     }
 }
 
-/// A foreign scene as the text of a scene file whose paths start at the folder `base`: `.xml` (see [`mitsuba`]).
+/// A foreign scene as the text of a scene file whose paths start at the folder `base`: `.xml` (see [`mitsuba`]), or `.obj`.
 pub fn translation(path: &str, base: &Path) -> Result<Translation, SceneError> {
     let path = Path::new(path);
     if !path.is_file() {
         return Err(unreadable(path, std::io::ErrorKind::NotFound.into()));
     }
-    mitsuba::translate(path, base, &path.file_stem().unwrap_or_default().to_string_lossy())
+    match path.extension() {
+        Some(ending) if ending.eq_ignore_ascii_case("xml") => {
+            mitsuba::translate(path, base, &path.file_stem().unwrap_or_default().to_string_lossy())
+        }
+        Some(ending) if ending.eq_ignore_ascii_case("obj") => obj::translate(path, base),
+        _ => Err(SceneError::invalid("this kind of file is not translated", "give a .xml or .obj file").in_file(path)),
+    }
 }
 
 fn unknown(name: &str, path: &Path) -> SceneError {

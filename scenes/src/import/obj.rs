@@ -21,6 +21,7 @@ use sampling::{Vec2, vec2};
 
 use super::appearance::Appearance;
 use super::source::{self, Source};
+use super::translation::{self, Lines, NoteKind, Notes, Place, Translation};
 use super::{mtl, polygon, solid, viewpoint};
 use crate::builder::{Emission, MeshData, SceneBuilder, ShapeId};
 use crate::error::SceneError;
@@ -151,6 +152,37 @@ pub fn scene(path: &Path, name: &str, size: Option<(u32, u32)>) -> Result<SceneB
     builder.note(format!("the file has no camera: one was placed at ({:.4}, {:.4}, {:.4})", at.x, at.y, at.z));
     builder.camera(camera);
     Ok(builder)
+}
+
+/// The whole scene as the text of a scene file, whose paths start at the folder `base`.
+pub fn translate(path: &Path, base: &Path) -> Result<Translation, SceneError> {
+    let model = Model::open(path)?;
+    let meshes: Vec<&MeshData> = model.groups.iter().map(|group| &group.mesh).collect();
+    let camera = viewpoint::choose(&meshes, model.emits(), (256, 256));
+    let place = Place { file: path.into(), line: 1 };
+    let mut lines = Lines::default();
+    lines.push(
+        &place,
+        format!("# Made of {}.", path.file_name().unwrap_or_default().to_string_lossy().escape_default()),
+    );
+    lines.table(&place, "[camera]");
+    for (key, vector) in [("position", camera.position), ("target", camera.target), ("up", camera.up)] {
+        lines.key(&place, key, translation::numbers(&vector.to_array()));
+    }
+    lines.key(&place, "fov", translation::number(camera.fov));
+    lines.table(&place, "[[shapes]]");
+    lines.key(&place, "type", translation::quoted("mesh"));
+    lines.key(&place, "file", translation::quoted(&translation::named_from(path, base)));
+    if !model.emits() {
+        lines.table(&place, "[[emitters]]");
+        lines.key(&place, "type", translation::quoted("constant"));
+        lines.key(&place, "radiance", "1.0");
+    }
+    let mut notes = Notes::default();
+    for note in &model.notes {
+        notes.add(NoteKind::Approximated, &place, note.clone());
+    }
+    Ok(Translation::new(lines, Vec::new(), notes))
 }
 
 /// Reads every library that can be found, and notes those that cannot.

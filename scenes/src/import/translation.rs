@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 use crate::builder::SceneBuilder;
@@ -227,6 +227,31 @@ pub fn colour(rgb: [f64; 3]) -> String {
     if rgb[0] == rgb[1] && rgb[1] == rgb[2] { number(rgb[0]) } else { numbers(&rgb) }
 }
 
+/// The name of a file in a text whose paths start at the folder `base`.
+pub fn named_from(path: &Path, base: &Path) -> String {
+    let within = path.strip_prefix(base).ok().filter(|_| path.is_relative() || !base.as_os_str().is_empty());
+    let name = within.map_or_else(|| relative(&absolute(path), &absolute(base)), Path::to_path_buf);
+    name.to_string_lossy().into_owned()
+}
+
+fn absolute(path: &Path) -> PathBuf {
+    let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
+    std::fs::canonicalize(path).or_else(|_| std::path::absolute(path)).unwrap_or_else(|_| path.to_path_buf())
+}
+
+/// The way from one folder to a file, both absolute.
+fn relative(path: &Path, from: &Path) -> PathBuf {
+    let (mut to, mut start) = (path.components().peekable(), from.components().peekable());
+    while to.peek().is_some() && to.peek() == start.peek() {
+        to.next();
+        start.next();
+    }
+    if matches!(to.peek(), Some(Component::Prefix(_) | Component::RootDir)) {
+        return path.to_path_buf();
+    }
+    start.map(|_| Component::ParentDir).chain(to).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -272,5 +297,13 @@ mod tests {
         let translation = Translation::new(lines, Vec::new(), Notes::default());
         let error = translation.read("a", Path::new("."), None).unwrap_err().to_string();
         assert!(error.starts_with("a.xml:9: `camera.target` is"), "{error}");
+    }
+
+    #[test]
+    fn ways_between_folders() {
+        let way = |to: &str, from: &str| relative(Path::new(to), Path::new(from));
+        assert_eq!(way("/a/b/c.obj", "/a/b"), Path::new("c.obj"));
+        assert_eq!(way("/a/b/c.obj", "/a/d/e"), Path::new("../../b/c.obj"));
+        assert_eq!(way("/a/c.obj", "/"), Path::new("a/c.obj"));
     }
 }

@@ -1,11 +1,11 @@
 //! What a translation knows while it goes on: who is referred to by which name, where files are, and what is written so far.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 use super::xml::{Element, Xml};
 use crate::error::SceneError;
-use crate::import::translation::{Attachment, Lines, NoteKind, Notes, Place};
+use crate::import::translation::{Attachment, Lines, NoteKind, Notes, Place, named_from};
 use crate::suggest::did_you_mean;
 
 /// The state of a translation.
@@ -147,12 +147,7 @@ impl<'a> Context<'a> {
 
     /// How the text names a file.
     pub fn named_from_base(&self, path: &Path) -> String {
-        let name = if self.folders[0] == self.base {
-            path.strip_prefix(&self.base).map(Path::to_path_buf).unwrap_or_else(|_| absolute(path))
-        } else {
-            relative(&absolute(path), &absolute(&self.base))
-        };
-        name.to_string_lossy().into_owned()
+        named_from(path, &self.base)
     }
 
     /// Keeps a mesh that has no file, and returns its name.
@@ -178,35 +173,4 @@ impl<'a> Context<'a> {
 
 fn shown(folder: &Path) -> String {
     if folder.as_os_str().is_empty() { ".".to_string() } else { folder.display().to_string() }
-}
-
-fn absolute(path: &Path) -> PathBuf {
-    let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
-    std::fs::canonicalize(path).or_else(|_| std::path::absolute(path)).unwrap_or_else(|_| path.to_path_buf())
-}
-
-/// The way from one folder to a file, both absolute.
-fn relative(path: &Path, from: &Path) -> PathBuf {
-    let (mut to, mut start) = (path.components().peekable(), from.components().peekable());
-    while to.peek().is_some() && to.peek() == start.peek() {
-        to.next();
-        start.next();
-    }
-    if matches!(to.peek(), Some(Component::Prefix(_) | Component::RootDir)) {
-        return path.to_path_buf();
-    }
-    start.map(|_| Component::ParentDir).chain(to).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ways_between_folders() {
-        let way = |to: &str, from: &str| relative(Path::new(to), Path::new(from));
-        assert_eq!(way("/a/b/c.obj", "/a/b"), Path::new("c.obj"));
-        assert_eq!(way("/a/b/c.obj", "/a/d/e"), Path::new("../../b/c.obj"));
-        assert_eq!(way("/a/c.obj", "/"), Path::new("a/c.obj"));
-    }
 }

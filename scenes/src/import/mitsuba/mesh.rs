@@ -8,6 +8,8 @@ use sampling::{Vec2, Vec3};
 
 use crate::builder::MeshData;
 
+/// The first line of files that are made here, by which they are known again.
+pub const HEADER: &str = "# A mesh made by neumann convert.";
 /// Around a sphere or a tube.
 const SEGMENTS: usize = 96;
 
@@ -145,7 +147,7 @@ pub fn joined(meshes: Vec<MeshData>) -> MeshData {
 
 /// The mesh as an OBJ file, whose numbers are read as the same.
 pub fn obj(mesh: &MeshData) -> String {
-    let mut text = String::new();
+    let mut text = format!("{HEADER}\n");
     for p in &mesh.positions {
         _ = writeln!(text, "v {:?} {:?} {:?}", p.x, p.y, p.z);
     }

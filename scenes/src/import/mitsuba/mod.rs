@@ -27,6 +27,7 @@ mod tests;
 use std::path::Path;
 
 use context::Context;
+pub use mesh::HEADER as MESH_HEADER;
 use plugin::Plugin;
 use xml::Element;
 
