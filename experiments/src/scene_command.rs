@@ -47,7 +47,7 @@ pub fn scene(args: &SceneArgs) -> Result<Status, Error> {
     let ignored = found.iter().filter(|note| note.kind == NoteKind::Ignored).count();
     let approximated = scene.notes.len() - ignored;
     if args.strict && approximated > 0 {
-        let message = format!("{}: {approximated} things were approximated", args.scene);
+        let message = format!("{}: not all is as it was (approximations: {approximated})", args.scene);
         return Err(Error::usage(format!("{message}; mend them in the scene, or leave out --strict")));
     }
     Ok(Status::Done)

@@ -212,9 +212,9 @@ pub fn key(name: &str) -> String {
     if !name.is_empty() && name.chars().all(bare) { name.to_string() } else { quoted(name) }
 }
 
-/// A number as TOML writes it; what is read is the same number.
+/// A number as TOML writes it; what is read is the same number. One that is none is refused where it is read.
 pub fn number(x: f64) -> String {
-    format!("{x:?}")
+    if x.is_nan() { "nan".to_string() } else { format!("{x:?}") }
 }
 
 /// Numbers as TOML writes them.

@@ -15,6 +15,9 @@ use sampling::bsdf::diffuse_transmittance;
 /// A model that reflects nothing: what is mixed with another to dim it.
 pub const BLACK: &str = "black";
 
+/// How facets differ from Mitsuba's.
+const HIDING: &str = "facets hide one another by their common height; Mitsuba takes both directions apart";
+
 /// What surrounds a model.
 #[derive(Clone, Copy)]
 pub struct Setting<'n> {
@@ -24,8 +27,6 @@ pub struct Setting<'n> {
     pub turned: bool,
     /// Whether it is within `twosided`.
     pub two_sided: bool,
-    /// How many elements it is within.
-    pub depth: usize,
 }
 
 /// What a `bsdf` becomes.
@@ -34,9 +35,7 @@ pub fn describe<'a>(
     setting: Setting,
     context: &mut Context<'a>,
 ) -> Result<Description, SceneError> {
-    if setting.depth > 32 {
-        return Err(element.place.error("a material contains itself", "take one of the references out"));
-    }
+    context.enter(element)?;
     if element.tag != "bsdf" {
         return Err(element.place.error(format!("{} is no material", element.title()), "refer to a `bsdf`"));
     }
@@ -47,9 +46,7 @@ pub fn describe<'a>(
         "blendbsdf" | "mixturebsdf" => super::material::blend(&plugin, setting, context)?,
         _ => model(&plugin, context)?,
     };
-    if setting.depth == 0 || !matches!(plugin.kind(), "twosided") {
-        context.mapped(element, &format!("`{}`", description.model));
-    }
+    context.mapped(element, &format!("`{}`", description.model));
     let one_sided = matches!(
         plugin.kind(),
         "diffuse" | "roughdiffuse" | "conductor" | "roughconductor" | "plastic" | "roughplastic" | "phong" | "ward"
@@ -58,8 +55,8 @@ pub fn describe<'a>(
         let text = format!("a `{}` without `twosided` is black from behind; here both sides scatter", plugin.kind());
         context.approximate(plugin.place(), text);
     }
-    plugin.skip(&["id"]);
     plugin.finish(context);
+    context.leave();
     Ok(description)
 }
 
@@ -71,7 +68,7 @@ fn two_sided<'a>(plugin: &Plugin<'a>, setting: Setting, context: &mut Context<'a
     let Some(front) = sides.first() else {
         return Err(plugin.place().error("`twosided` holds no material", "add a `bsdf`"));
     };
-    describe(front, Setting { two_sided: true, depth: setting.depth + 1, ..setting }, context)
+    describe(front, Setting { two_sided: true, ..setting }, context)
 }
 
 /// A model that holds no other.
@@ -111,6 +108,7 @@ fn model<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Descripti
             if plugin.text("distribution")?.unwrap_or("beckmann") != "ggx" {
                 context.approximate(place, "a `roughplastic` of other facets than `ggx` has those");
             }
+            context.approximate(place, HIDING);
             let alpha = alpha(plugin, "alpha", context)?;
             plastic(plugin, "rough_plastic", context)?.with("alpha", alpha)
         }
@@ -127,7 +125,7 @@ fn model<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Descripti
 /// What scatters as microfacets: its keys of roughness.
 fn facets<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Vec<(&'static str, Value)>, SceneError> {
     let place = plugin.place();
-    context.approximate(place, "facets hide one another by their common height; Mitsuba takes both directions apart");
+    context.approximate(place, HIDING);
     let distribution = match plugin.text("distribution")?.unwrap_or("beckmann") {
         "ggx" => "ggx",
         "beckmann" => "beckmann",

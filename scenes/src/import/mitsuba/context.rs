@@ -8,6 +8,11 @@ use crate::error::SceneError;
 use crate::import::translation::{Attachment, Lines, NoteKind, Notes, Place, named_from};
 use crate::suggest::did_you_mean;
 
+/// How deep things may refer to others of their kind.
+const MAX_NESTING: usize = 32;
+/// How often they may in all.
+const MAX_VISITS: usize = 4_000_000;
+
 /// The state of a translation.
 pub struct Context<'a> {
     /// The elements that have an `id`, by it.
@@ -30,6 +35,10 @@ pub struct Context<'a> {
     /// The materials written, by their element and by whether v runs the other way.
     pub material_names: BTreeMap<(*const Element, bool), String>,
     taken: BTreeSet<String>,
+    /// How many things that refer to others are being read, each within the one before.
+    nesting: usize,
+    /// How many have been read.
+    visits: usize,
     /// Whether there is an environment.
     pub has_environment: bool,
     /// How many shapes instances have been written out to.
@@ -52,7 +61,9 @@ impl<'a> Context<'a> {
             attachments: Vec::new(),
             missing: Vec::new(),
             material_names: BTreeMap::new(),
-            taken: BTreeSet::new(),
+            taken: BTreeSet::from([super::bsdf::BLACK.to_string()]),
+            nesting: 0,
+            visits: 0,
             has_environment: false,
             copies: 0,
             stem: stem.to_string(),
@@ -103,6 +114,25 @@ impl<'a> Context<'a> {
             Some(id) => self.by_id(id, &element.place),
             None => Err(element.place.error("`ref` lacks its `id`", "name an element")),
         }
+    }
+
+    /// Begins to read a thing that may refer to others of its kind: none may contain itself, or be repeated without end.
+    pub fn enter(&mut self, element: &Element) -> Result<(), SceneError> {
+        (self.nesting, self.visits) = (self.nesting + 1, self.visits + 1);
+        if self.nesting > MAX_NESTING {
+            let message = format!("{} contains itself, or more than {MAX_NESTING} others", element.title());
+            return Err(element.place.error(message, "take one of the references out"));
+        }
+        if self.visits > MAX_VISITS {
+            let message = format!("more than {MAX_VISITS} materials, textures and shapes are referred to");
+            return Err(element.place.error(message, "let references repeat less"));
+        }
+        Ok(())
+    }
+
+    /// Ends what [`enter`](Self::enter) began.
+    pub fn leave(&mut self) {
+        self.nesting -= 1;
     }
 
     /// Notes something.

@@ -176,7 +176,7 @@ pub fn named<'a>(element: &'a Element, turned: bool, context: &mut Context<'a>) 
     }
     let own = element.attribute("id").map(str::to_string);
     let name = context.fresh_name(&own.unwrap_or_else(|| format!("{}_line{}", element.kind(), element.place.line)));
-    let setting = Setting { name: &name, turned, two_sided: false, depth: 0 };
+    let setting = Setting { name: &name, turned, two_sided: false };
     describe(element, setting, context)?.write(&name, turned, context);
     context.material_names.insert(key, name.clone());
     Ok(name)
@@ -208,7 +208,7 @@ pub fn layered<'a>(
                 place,
                 format!("a `{kind}` tilts one face of a tiny groove, so that no light is lost or leaks"),
             );
-            let named = ["normalmap", "texture", "bumpmap", ""]
+            let named = ["normalmap", "texture", "bumpmap"]
                 .into_iter()
                 .find_map(|name| plugin.part(name).filter(|part| part.tag == "texture"));
             let map = named.or_else(|| plugin.tagged("texture").pop());
@@ -221,7 +221,7 @@ pub fn layered<'a>(
     let Some(own) = own else {
         return Err(place.error(format!("`{}` holds no texture", plugin.kind()), "add one"));
     };
-    let mut description = describe(inner, Setting { depth: setting.depth + 1, ..setting }, context)?;
+    let mut description = describe(inner, setting, context)?;
     let scale = plugin.float_or("scale", 1.0)?;
     match plugin.kind() {
         "mask" if description.opacity.is_some() => {
@@ -260,8 +260,7 @@ pub fn blend<'a>(plugin: &Plugin<'a>, setting: Setting, context: &mut Context<'a
     let place = plugin.place();
     let mut parts = Vec::new();
     for part in plugin.tagged("bsdf") {
-        let inner = Setting { depth: setting.depth + 1, ..setting };
-        let description = describe(part, inner, context)?.for_mix(context);
+        let description = describe(part, setting, context)?.for_mix(context);
         let name = context.fresh_name(&format!("{}_part{}", setting.name, parts.len() + 1));
         description.write(&name, setting.turned, context);
         parts.push(name);

@@ -39,6 +39,13 @@ impl Form {
 
 /// Writes a shape; `outer` are the transforms of the instances that it is within.
 pub fn write<'a>(element: &'a Element, outer: &[DMat4], context: &mut Context<'a>) -> Result<(), SceneError> {
+    context.enter(element)?;
+    write_one(element, outer, context)?;
+    context.leave();
+    Ok(())
+}
+
+fn write_one<'a>(element: &'a Element, outer: &[DMat4], context: &mut Context<'a>) -> Result<(), SceneError> {
     let plugin = Plugin::new(element, context)?;
     match plugin.kind() {
         "shapegroup" => {
@@ -126,9 +133,6 @@ fn instance<'a>(plugin: &Plugin<'a>, outer: &[DMat4], context: &mut Context<'a>)
     let Some(group) = group else {
         return Err(plugin.place().error("`shape instance` refers to no `shapegroup`", "add `<ref id=\"…\"/>`"));
     };
-    if outer.len() > 8 {
-        return Err(plugin.place().error("instances are nested more than 8 deep", "a group may not contain itself"));
-    }
     let outer: Vec<DMat4> = std::iter::once(to_world).chain(outer.iter().copied()).collect();
     context.mapped(plugin.element, "copies of its group's shapes");
     for shape in Plugin::new(group, context)?.tagged("shape") {

@@ -142,6 +142,7 @@ pub fn read<'a>(element: &'a Element, quantity: Quantity, context: &mut Context<
     if element.tag != "texture" {
         return Err(element.place.error(format!("{} is neither a colour nor a texture", element.title()), "give one"));
     }
+    context.enter(element)?;
     let plugin = Plugin::new(element, context)?;
     let texture = match plugin.kind() {
         "bitmap" | "ldrtexture" | "exrtexture" => bitmap(&plugin, context)?,
@@ -159,7 +160,7 @@ pub fn read<'a>(element: &'a Element, quantity: Quantity, context: &mut Context<
         "scale" => scaled(&plugin, quantity, context)?,
         kind => {
             context.approximate(plugin.place(), format!("a texture `{kind}` is not known, and is taken as 0.5"));
-            return Ok(Texture::grey(0.5));
+            Texture::grey(0.5)
         }
     };
     context.mapped(
@@ -171,7 +172,10 @@ pub fn read<'a>(element: &'a Element, quantity: Quantity, context: &mut Context<
             Texture::Constant(_) => "a colour",
         },
     );
-    plugin.finish(context);
+    if texture.constant().is_none() {
+        plugin.finish(context);
+    }
+    context.leave();
     Ok(texture)
 }
 

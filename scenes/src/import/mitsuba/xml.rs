@@ -10,7 +10,7 @@ use crate::error::SceneError;
 use crate::import::translation::Place;
 use crate::suggest::{did_you_mean, near_file};
 
-/// How deep elements may be nested.
+/// How deep elements may be nested, included files within those that include them.
 const MAX_DEPTH: usize = 64;
 /// How many elements, texts and comments a file may have.
 const MAX_NODES: u32 = 8_000_000;
@@ -71,7 +71,8 @@ pub struct Xml {
 /// Reads the scene at `path`.
 pub fn read(path: &Path) -> Result<Xml, SceneError> {
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    let mut reader = Reader { parameters: BTreeMap::new(), open: Vec::new(), folders: vec![folder], elements: 0 };
+    let mut reader =
+        Reader { parameters: BTreeMap::new(), open: Vec::new(), folders: vec![folder], elements: 0, depth: 0 };
     let bytes =
         std::fs::read(path).map_err(|error| SceneError::unreadable(path, error, "give the path of a Mitsuba scene"))?;
     let root = reader.file(path, &bytes)?;
@@ -85,6 +86,8 @@ struct Reader {
     open: Vec<PathBuf>,
     folders: Vec<PathBuf>,
     elements: usize,
+    /// How many elements are open, those around includes as well.
+    depth: usize,
 }
 
 /// A file that is being read.
@@ -126,14 +129,15 @@ impl Reader {
             })?;
         }
         self.open.push(path.to_path_buf());
-        let element = self.element(&file, root, 0)?;
+        let element = self.element(&file, root)?;
         self.open.pop();
         Ok(element)
     }
 
-    fn element(&mut self, file: &File, node: Node, depth: usize) -> Result<Element, SceneError> {
+    fn element(&mut self, file: &File, node: Node) -> Result<Element, SceneError> {
         let place = file.place(&node);
-        if depth > MAX_DEPTH {
+        self.depth += 1;
+        if self.depth > MAX_DEPTH {
             let message = format!("elements are nested more than {MAX_DEPTH} deep");
             return Err(place.error(message, "close the elements around it first"));
         }
@@ -155,7 +159,7 @@ impl Reader {
             element.attributes.push((attribute.name().to_string(), value));
         }
         for child in node.children().filter(Node::is_element) {
-            let child = self.element(file, child, depth + 1)?;
+            let child = self.element(file, child)?;
             match child.tag.as_str() {
                 "default" => self.default(&child)?,
                 "path" => self.search_path(&child)?,
@@ -163,6 +167,7 @@ impl Reader {
                 _ => element.children.push(child),
             }
         }
+        self.depth -= 1;
         Ok(element)
     }
 
@@ -227,7 +232,7 @@ impl Reader {
             return Err(element.place.error(message, format!("{near}paths start at the scene's folder")));
         };
         let same = |a: &Path, b: &Path| a == b || std::fs::canonicalize(a).ok() == std::fs::canonicalize(b).ok();
-        if self.open.iter().any(|open| same(open, &path)) || self.open.len() > MAX_DEPTH {
+        if self.open.iter().any(|open| same(open, &path)) {
             let mut chain: Vec<String> = self.open.iter().map(|open| open.display().to_string()).collect();
             chain.push(path.display().to_string());
             let message = format!("a file includes itself: {}", chain.join(" → "));

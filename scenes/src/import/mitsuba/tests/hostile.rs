@@ -46,6 +46,12 @@ fn errors_name_file_line_and_mend() {
             "a.xml:2: `lookat` looks at where it stands",
         ),
         ("<shape type=\"sphere\" id=\"s\"/><shape type=\"sphere\" id=\"s\"/>", "a.xml:2: there are two elements `s`"),
+        (
+            "<shape type=\"sphere\"><bsdf type=\"diffuse\"><texture name=\"reflectance\" type=\"scale\" id=\"t\"><ref id=\"t\"/>\
+             </texture></bsdf></shape>",
+            "a.xml:2: `texture scale` contains itself",
+        ),
+        ("<shape type=\"merge\" id=\"t\"><ref id=\"t\"/></shape>", "a.xml:2: `shape merge` contains itself"),
         ("<include filename=\"nowhere.xml\"/>", "to include; paths start at the scene's folder"),
         ("<include filename=\"a.xml\"/>", "a file includes itself: "),
         ("<shape type=\"obj\"/>", "a.xml:2: `shape obj` has no `filename`"),
@@ -64,7 +70,7 @@ fn errors_name_file_line_and_mend() {
         ),
         (
             "<shape type=\"sphere\"><bsdf type=\"twosided\" id=\"m\"><ref id=\"m\"/></bsdf></shape>",
-            "a.xml:2: a material contains itself",
+            "a.xml:2: `bsdf twosided` contains itself",
         ),
         (
             "<shape type=\"sphere\"><bsdf type=\"blendbsdf\"/></shape>",

@@ -46,7 +46,7 @@ fn veachs_plates_keep_their_factor() {
 fn the_dialect_of_mitsuba_0_is_read() {
     let Some((translation, folder)) = translated("lajolla-cbox/cbox.xml") else { return };
     let scene = translation.read("a", &folder, None).unwrap().build(Skip::Unneeded).unwrap();
-    assert_eq!((scene.counts().shapes, scene.counts().triangles), (8, 36));
+    assert_eq!((scene.counts().shapes, scene.counts().emitters), (8, 1));
     let table: toml::Table = translation.text.parse().unwrap();
     let albedo = |name: &str| -> Vec<f64> {
         table["materials"][name]["albedo"].as_array().unwrap().iter().map(|c| c.as_float().unwrap()).collect()
