@@ -56,7 +56,7 @@ fn a_scene_renders_to_the_same_bits_as_it_is_and_converted() {
 fn what_was_approximated_is_told_and_may_be_an_error() {
     let folder = folder_with(&[("room.xml", SCENE), ("ball.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")]);
     let text = succeed(folder.path(), &["scene", "room.xml"]);
-    for words in ["room.xml:12: mapped: `shape rectangle` becomes `quad`", "room.xml:2: ignored: the integrator `path`"]
+    for words in ["room.xml:11: mapped: `shape rectangle` becomes `quad`", "room.xml:2: ignored: the integrator `path`"]
     {
         assert!(text.contains(words), "{text}");
     }

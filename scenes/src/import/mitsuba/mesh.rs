@@ -79,8 +79,9 @@ fn grid(rings: usize, at: impl Fn(f64, f64) -> (DVec3, DVec3)) -> MeshData {
             for corners in [[a, b, c], [a, c, d]] {
                 let [p, q, r] = corners.map(|k| mesh.positions[k as usize]);
                 let normal = (q - p).cross(r - p);
-                // At the poles of a sphere a triangle has no area.
-                if normal.length_squared() > 0.0 {
+                // At the poles of a sphere a triangle has no area but for rounding.
+                let longest = (q - p).length_squared().max((r - p).length_squared());
+                if normal.length() > 1e-9 * longest {
                     let outwards = normal.dot(corners.map(|k| mesh.normals[k as usize].as_dvec3()).iter().sum()) > 0.0;
                     mesh.triangles.push(if outwards { corners } else { [corners[0], corners[2], corners[1]] });
                 }

@@ -1,8 +1,8 @@
 //! Scenes of Mitsuba 3 and 2, and the common parts of Mitsuba 0.4 to 0.6, from XML.
 //!
-//! [`xml`] reads the text, [`plugin`] looks parameters up, [`context`] keeps what is known meanwhile; [`transform`],
-//! [`spectrum`] with its [`observer`], [`texture`], [`bsdf`] with [`material`] and [`index`], [`shape`] with [`mesh`] and
-//! [`serialized`], [`emitter`] and [`sensor`] each write what a kind of thing becomes in the
+//! `xml` reads the text, `plugin` looks parameters up, `context` keeps what is known meanwhile; `transform`,
+//! `spectrum` with its `observer`, `texture`, `bsdf` with `material` and `index`, `shape` with `mesh` and
+//! `serialized`, `emitter` and `sensor` each write what a kind of thing becomes in the
 //! language of scene files. `docs/importers.md` has the table of what is exact, what is near, and what is left out.
 
 mod bsdf;
