@@ -52,9 +52,9 @@ fn the_dialect_of_mitsuba_0_is_read() {
         table["materials"][name]["albedo"].as_array().unwrap().iter().map(|c| c.as_float().unwrap()).collect()
     };
     let (red, green) = (albedo("red"), albedo("green"));
-    // The walls as they are known from other renderers, to a few hundredths.
-    let near = |found: &[f64], known: [f64; 3]| found.iter().zip(known).all(|(a, b)| (a - b).abs() < 0.05);
-    assert!(near(&red, [0.57, 0.043, 0.044]) && near(&green, [0.105, 0.378, 0.076]), "{red:?} {green:?}");
+    // The walls as Mitsuba 0.6 has them under light of equal energy, over the white of that light; daylight moves them a little.
+    let near = |found: &[f64], known: [f64; 3]| found.iter().zip(known).all(|(a, b)| (a - b).abs() < 0.03);
+    assert!(near(&red, [0.473, 0.045, 0.049]) && near(&green, [0.087, 0.399, 0.084]), "{red:?} {green:?}");
     let Some((translation, folder)) = translated("lajolla-veach-mi/mi.xml") else { return };
     let scene = translation.read("a", &folder, None).unwrap().build(Skip::Unneeded).unwrap();
     assert_eq!((scene.counts().spheres, scene.counts().emitters), (5, 5));
