@@ -1,6 +1,6 @@
 //! A foreign scene as the text of a scene file, every line of which knows where it came from.
 //!
-//! An importer is a translator: it writes TOML, and what becomes of the text is [`description`](crate::description)'s matter.
+//! An importer is a translator: it writes TOML, and what becomes of the text is [`description`]'s matter.
 //! So a scene that is rendered as it is and one that was converted first are the same to the bit, and whatever is wrong with a
 //! line is told of the place in the foreign file that it was made of.
 
