@@ -6,7 +6,7 @@ use crate::machine::VERSION;
 use crate::progress::Verbosity;
 use crate::settings::Assignment;
 use crate::stop::Stop;
-use crate::{bsdf, diff_command, list_command, render_command, run_command, scene_command};
+use crate::{bsdf, convert_command, diff_command, list_command, render_command, run_command, scene_command};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use integrators::Window;
 use std::io::Write;
@@ -36,6 +36,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Say what a scene holds, what it needs, and what will be skipped.
     Scene(SceneArgs),
+    /// Write another program's scene (Mitsuba's .xml, or .obj) as a scene file.
+    Convert(ConvertArgs),
     /// Say how far one image file is from another, layer by layer.
     Diff(DiffArgs),
     /// Look at a scattering model: its parameters, albedo and pictures.
@@ -90,7 +92,7 @@ pub struct RunArgs {
 /// `neumann render`.
 #[derive(Clone, Debug, Args)]
 pub struct RenderArgs {
-    /// A built-in scene's name (see `neumann list scenes`) or a file: .toml, .obj, .ply.
+    /// A built-in scene's name (see `neumann list scenes`) or a file: .toml, .obj, .ply, Mitsuba's .xml.
     pub scene: String,
     /// The method (see `neumann list methods`).
     #[arg(long, short = 'i', value_name = "METHOD", default_value = "path")]
@@ -101,9 +103,9 @@ pub struct RenderArgs {
     /// Render for about so many seconds instead; a pilot run fixes the number of samples.
     #[arg(long, value_name = "S")]
     pub seconds: Option<f64>,
-    /// Last order traced one by one.
-    #[arg(long, value_name = "K", default_value_t = 8)]
-    pub max_order: usize,
+    /// Last order traced one by one [default: the scene's, usually 8].
+    #[arg(long, value_name = "K")]
+    pub max_order: Option<usize>,
     /// Only these orders, such as 0,2,4-6 [default: all up to --max-order].
     #[arg(long, value_name = "LIST")]
     pub orders: Option<String>,
@@ -160,9 +162,19 @@ pub struct SceneArgs {
     /// As JSON.
     #[arg(long)]
     pub json: bool,
-    /// Exit with 1 if the importer approximated anything.
+    /// Exit with 2 if the importer approximated anything.
     #[arg(long)]
     pub strict: bool,
+}
+
+/// `neumann convert`.
+#[derive(Clone, Debug, Args)]
+pub struct ConvertArgs {
+    /// The scene: Mitsuba's .xml, or .obj.
+    pub scene: String,
+    /// The scene file to write; meshes that have no file of their own are written beside it.
+    #[arg(long, short, value_name = "SCENE.toml")]
+    pub output: PathBuf,
 }
 
 /// `neumann diff`.
@@ -241,6 +253,7 @@ fn execute(cli: &Cli) -> Result<Status, Error> {
         Command::Run(args) => run_command::run(args, verbosity, &signals()?),
         Command::Render(args) => render_command::render(args, verbosity, &signals()?),
         Command::Scene(args) => scene_command::scene(args),
+        Command::Convert(args) => convert_command::convert(args),
         Command::Diff(args) => diff_command::diff(args),
         Command::Bsdf(args) => bsdf::bsdf(args),
         Command::List(args) => list_command::list(args),
@@ -340,7 +353,7 @@ mod tests {
     fn defaults_are_those_of_the_contract() {
         let cli = Cli::parse_from(["neumann", "render", "furnace"]);
         let Some(Command::Render(args)) = cli.command else { panic!("not a render") };
-        assert_eq!((args.method.as_str(), args.max_order, args.replicates, args.seed), ("path", 8, 4, 0));
+        assert_eq!((args.method.as_str(), args.max_order, args.replicates, args.seed), ("path", None, 4, 0));
         assert_eq!((args.spp, args.tail, args.layers), (None, false, LayerSelection::default()));
     }
 }

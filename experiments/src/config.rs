@@ -104,7 +104,7 @@ fn default_convergence_replicates() -> u32 {
 }
 
 /// The last order that a path's technique can count.
-pub const HIGHEST_ORDER: usize = 65_000;
+pub const HIGHEST_ORDER: usize = scenes::description::MAX_ORDER;
 
 /// What is wrong with an experiment: the key, such as `convergence.size`, and a sentence with the mend.
 pub type Fault = (String, String);

@@ -3,7 +3,7 @@
 //! In reading order:
 //!
 //! - [`cli`]: the command line; [`error`]: what can go wrong, and how the program ends; [`settings`]: `--set key=value`;
-//! - one file a command: [`run_command`], [`render_command`], [`scene_command`], [`diff_command`], [`list_command`],
+//! - one file a command: [`run_command`], [`render_command`], [`scene_command`], [`convert_command`], [`diff_command`], [`list_command`],
 //!   [`mod@bsdf`];
 //! - [`config`]: experiments; [`source`]: their files; [`plan`]: an experiment made ready and checked; [`runner`]: methods interleaved, replicate
 //!   by replicate; [`budget`]: samples, seconds, threads; [`result`]: what an experiment leaves behind;
@@ -21,6 +21,7 @@ pub mod budget;
 pub mod cli;
 pub mod config;
 pub mod convergence;
+pub mod convert_command;
 pub mod diff_command;
 pub mod error;
 pub mod export;

@@ -21,6 +21,8 @@ use std::time::Instant;
 
 /// Samples per pixel where none are asked for.
 const DEFAULT_SPP: u32 = 64;
+/// The last order where neither the command line nor the scene names one.
+const DEFAULT_MAX_ORDER: usize = 8;
 
 /// Renders and writes what was asked for.
 ///
@@ -68,7 +70,6 @@ impl Job {
         let method = Methods::standard().build(&args.method, &settings::of_method(&args.set, &args.method)?)?;
         let sampler = config::sampler(&args.sampler)?;
         let filter = args.filter.as_deref().map(config::filter).transpose()?;
-        let orders = orders(args)?;
         let budget = match (args.seconds, args.spp.unwrap_or(DEFAULT_SPP)) {
             (Some(seconds), _) => Budget::seconds(seconds, args.replicates),
             (None, spp) => Budget::samples(spp, args.replicates),
@@ -83,8 +84,11 @@ impl Job {
         let load = start.elapsed().as_secs_f64();
         let scene = description.build(skip).map_err(|error| scenes::load::placed(error, &args.scene))?;
         let seconds = Seconds { load, build: start.elapsed().as_secs_f64() - load, ..Seconds::default() };
+        let orders = orders(args, &scene)?;
+        // Who says which orders are wanted says so of the tail as well.
+        let tail = args.tail || (scene.series.tail && args.max_order.is_none() && args.orders.is_none());
         let output = output_path(args, &scene)?;
-        let settings = render_settings(&*method, orders, args.tail, args.seed, sampler);
+        let settings = render_settings(&*method, orders, tail, args.seed, sampler);
         let window = args.crop.clone().unwrap_or_else(|| Window::of(&scene));
         check_window(&scene, &window)?;
         Ok(Self { scene, window, method, settings, budget, output, seconds })
@@ -178,13 +182,14 @@ pub fn render_settings(
     }
 }
 
-fn orders(args: &RenderArgs) -> Result<Orders, Error> {
-    if args.max_order > HIGHEST_ORDER {
-        return Err(Error::usage(format!("--max-order {} is above {HIGHEST_ORDER}", args.max_order)));
+fn orders(args: &RenderArgs, scene: &Scene) -> Result<Orders, Error> {
+    let max_order = args.max_order.or(scene.series.max_order).unwrap_or(DEFAULT_MAX_ORDER);
+    if max_order > HIGHEST_ORDER {
+        return Err(Error::usage(format!("--max-order {max_order} is above {HIGHEST_ORDER}")));
     }
     match &args.orders {
-        Some(list) => Orders::parse(list, args.max_order).map_err(|e| Error::usage(format!("--orders: {e}"))),
-        None => Ok(Orders::up_to(args.max_order)),
+        Some(list) => Orders::parse(list, max_order).map_err(|e| Error::usage(format!("--orders: {e}"))),
+        None => Ok(Orders::up_to(max_order)),
     }
 }
 

@@ -13,15 +13,17 @@ pub use crate::emitter::{ChoiceRule, Emission, EnvironmentImage, Falloff, Mappin
 pub use crate::shape::{MeshData, ShapeId};
 
 use crate::error::SceneError;
+use crate::import::translation::{Place, carried_back};
 use crate::material::{Material, MaterialId};
 use crate::needs::Skip;
-use crate::scene::Scene;
+use crate::scene::{Scene, Series};
 use crate::shape::Geometry;
 use crate::texture::Texture;
 use glam::{DAffine3, DVec3};
 use sampling::filter::Filter;
 use sampling::math::Spectrum;
 use std::fmt;
+use std::sync::Arc;
 
 /// A scene under construction. Coordinates are `f64`; they are recentred, where the scene lies far from the origin, before
 /// they are rounded to `f32`. What is wrong with the parts is told by [`SceneBuilder::build`].
@@ -38,6 +40,9 @@ pub struct SceneBuilder {
     choice_rule: Option<ChoiceRule>,
     camera: Option<CameraSettings>,
     notes: Vec<String>,
+    series: Series,
+    /// Where the lines of its text came from, if it was translated.
+    places: Option<Arc<[Place]>>,
 }
 
 /// A shape as it was given.
@@ -99,6 +104,8 @@ impl SceneBuilder {
             choice_rule: None,
             camera: None,
             notes: Vec::new(),
+            series: Series::default(),
+            places: None,
         }
     }
 
@@ -213,10 +220,23 @@ impl SceneBuilder {
         self.notes.push(text);
     }
 
+    /// Says how much of the series is rendered unless something else is asked for.
+    pub fn series(&mut self, series: Series) {
+        self.series = series;
+    }
+
+    /// Says where the lines of the text came from that it was read from: what is wrong with one is told of that place.
+    pub(crate) fn came_from(&mut self, places: Arc<[Place]>) {
+        self.places = Some(places);
+    }
+
     /// Builds the scene, or says what is wrong with it.
     pub fn build(self, skip: Skip) -> Result<Scene, SceneError> {
-        check::check(&self)?;
-        assemble::assemble(self, skip)
+        let places = self.places.clone();
+        check::check(&self).and_then(|()| assemble::assemble(self, skip)).map_err(|error| match (&error, places) {
+            (SceneError::Invalid { file: None, .. }, Some(places)) => carried_back(error, &places),
+            _ => error,
+        })
     }
 }
 

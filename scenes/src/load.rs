@@ -5,7 +5,8 @@ use std::path::Path;
 use crate::builder::SceneBuilder;
 use crate::description::{self, Origin};
 use crate::error::SceneError;
-use crate::import::{obj, ply};
+use crate::import::translation::{Note, Translation};
+use crate::import::{mitsuba, obj, ply};
 use crate::needs::Skip;
 use crate::scene::Scene;
 use crate::suggest::did_you_mean;
@@ -25,8 +26,8 @@ pub fn builtin_names() -> &'static [&'static str] {
     builtin::NAMES
 }
 
-/// Loads a built-in scene by its name, or a file by its path: `.toml` (see [`description`]), `.obj` (see [`obj`]) or `.ply` (see
-/// [`ply`]).
+/// Loads a built-in scene by its name, or a file by its path: `.toml` (see [`description`]), `.obj` (see [`obj`]), `.ply` (see
+/// [`ply`]) or `.xml` (see [`mitsuba`]).
 ///
 /// A path is told from a name by its ending or a separator; a file never hides a built-in.
 pub fn load(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneError> {
@@ -43,22 +44,43 @@ pub fn placed(error: SceneError, name_or_path: &str) -> SceneError {
 
 /// Loads a scene into a builder, which still can be changed.
 pub fn open(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder, SceneError> {
+    open_with_notes(name_or_path, size).map(|(builder, _)| builder)
+}
+
+/// The same with all that its translation noted, if it had one.
+pub fn open_with_notes(name_or_path: &str, size: Option<(u32, u32)>) -> Result<(SceneBuilder, Vec<Note>), SceneError> {
+    let path = Path::new(name_or_path);
+    let is_foreign = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xml"));
+    if !is_foreign {
+        return open_own(name_or_path, size).map(|builder| (builder, Vec::new()));
+    }
+    if let Some((width, height)) = size {
+        description::check_size(width, height)?;
+    }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let translation = translation(name_or_path, folder)?;
+    let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("scene");
+    Ok((translation.read(stem, folder, size)?, translation.notes))
+}
+
+fn open_own(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder, SceneError> {
     if let Some((width, height)) = size {
         description::check_size(width, height)?;
     }
     if let Some(text) = builtin::source(name_or_path) {
         let file = format!("{name_or_path}.toml");
-        return description::read(text, Origin { scene: name_or_path, file: &file, folder: None }, size);
+        let origin = Origin { scene: name_or_path, file: &file, folder: None, attachments: &[] };
+        return description::read(text, origin, size);
     }
     let path = Path::new(name_or_path);
     let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase);
     let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("scene");
+    let folder = path.parent().unwrap_or(Path::new(""));
     match ending.as_deref() {
         Some("toml") => {
             let bytes = std::fs::read(path).map_err(|error| unreadable(path, error))?;
             let text = String::from_utf8(bytes).map_err(|error| not_utf8(path, &error))?;
-            let origin =
-                Origin { scene: stem, file: name_or_path, folder: Some(path.parent().unwrap_or(Path::new(""))) };
+            let origin = Origin { scene: stem, file: name_or_path, folder: Some(folder), attachments: &[] };
             description::read(&text, origin, size)
         }
         Some(mesh @ ("obj" | "ply")) => {
@@ -71,12 +93,27 @@ pub fn open(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder
     }
 }
 
+/// A foreign scene as the text of a scene file whose paths start at the folder `base`: `.xml` (see [`mitsuba`]), or `.obj`.
+pub fn translation(path: &str, base: &Path) -> Result<Translation, SceneError> {
+    let path = Path::new(path);
+    if !path.is_file() {
+        return Err(unreadable(path, std::io::ErrorKind::NotFound.into()));
+    }
+    match path.extension() {
+        Some(ending) if ending.eq_ignore_ascii_case("xml") => {
+            mitsuba::translate(path, base, &path.file_stem().unwrap_or_default().to_string_lossy())
+        }
+        Some(ending) if ending.eq_ignore_ascii_case("obj") => obj::translate(path, base),
+        _ => Err(SceneError::invalid("this kind of file is not translated", "give a .xml or .obj file").in_file(path)),
+    }
+}
+
 fn unknown(name: &str, path: &Path) -> SceneError {
     if path.exists() {
-        let mend = "scenes are read from `.toml`, `.obj` and `.ply` files";
+        let mend = "scenes are read from `.toml`, `.obj`, `.ply` and Mitsuba's `.xml` files";
         return SceneError::invalid("this kind of file is not read", mend).in_file(path);
     }
-    let mend = format!("{}; or give the path of a .toml, .obj or .ply file", did_you_mean(name, builtin::NAMES));
+    let mend = format!("{}; or give the path of a .toml, .obj, .ply or .xml file", did_you_mean(name, builtin::NAMES));
     SceneError::Unknown { name: name.to_string(), mend }
 }
 
@@ -91,7 +128,7 @@ fn unreadable(path: &Path, error: std::io::Error) -> SceneError {
     let siblings: Vec<&str> = siblings.iter().map(String::as_str).collect();
     let mend = match suggest::nearest(name, &siblings) {
         Some(near) if near != name => format!("did you mean `{}`?", path.with_file_name(near).display()),
-        _ => "give the path of a .toml, .obj or .ply file".to_string(),
+        _ => "give the path of a .toml, .obj, .ply or .xml file".to_string(),
     };
     SceneError::unreadable(path, error, mend)
 }

@@ -38,6 +38,8 @@ pub struct Scene {
     pub choice_rule: ChoiceRule,
     /// What was approximated or left out when it was loaded.
     pub notes: Vec<String>,
+    /// How much of the series is rendered unless something else is asked for.
+    pub series: Series,
     /// A hash of all that its images depend on: geometry, materials, emitters, camera as built; not the number of
     /// pixels and the crop.
     pub hash: String,
@@ -54,6 +56,15 @@ pub struct Scene {
     pub(crate) materials: Vec<Material>,
     pub(crate) choice: EmitterChoice,
     pub(crate) next_event_choice: NextEventChoice,
+}
+
+/// How much of the Neumann series a scene is meant to be rendered with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Series {
+    /// The last order, if the scene names one.
+    pub max_order: Option<usize>,
+    /// Whether all beyond it is meant too.
+    pub tail: bool,
 }
 
 /// A sphere around all surfaces of a scene.

@@ -71,6 +71,7 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
         emitters: parts.emitters,
         environment,
         notes: builder.notes,
+        series: builder.series,
         hash,
         origin: shift,
         bounds,

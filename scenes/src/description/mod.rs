@@ -2,6 +2,8 @@
 //!
 //! ```toml
 //! title = "A lit ball"
+//! max_order = 4           # the last order that is rendered unless the command line says otherwise
+//! tail = false            # whether all beyond it is rendered as well
 //! [camera]
 //! position = [0, 0, 3]
 //! target = [0, 0, 0]
@@ -46,12 +48,16 @@ use std::path::Path;
 
 use crate::builder::SceneBuilder;
 use crate::error::SceneError;
+use crate::import::translation::Attachment;
+use crate::scene::Series;
 use crate::suggest::did_you_mean;
 use reader::{Source, Table, Value};
 use sampling::bsdf::Bsdf;
 
 /// The longest side of an image \[pixels\].
 pub const MAX_SIDE: u32 = 65_536;
+/// The highest order that a scene file may ask for.
+pub const MAX_ORDER: usize = 65_000;
 /// The largest number of pixels of an image.
 pub const MAX_PIXELS: u64 = 1 << 28;
 
@@ -64,6 +70,8 @@ pub struct Origin<'a> {
     pub file: &'a str,
     /// The folder that meshes are looked for in; `None` where a description cannot name files.
     pub folder: Option<&'a Path>,
+    /// Meshes that the description names and that are in no folder.
+    pub attachments: &'a [Attachment],
 }
 
 /// Reads a scene file into a builder, which still can be changed; `size` replaces the width and height of the file.
@@ -71,13 +79,24 @@ pub fn read(text: &str, origin: Origin, size: Option<(u32, u32)>) -> Result<Scen
     let source = Source { file: origin.file, text };
     let document = source.parse()?;
     let root = Table::root(source, &document);
-    root.allow_only(&["title", "description", "camera", "materials", "shapes", "emitters", "emitter_choice"])?;
+    root.allow_only(&[
+        "title",
+        "description",
+        "max_order",
+        "tail",
+        "camera",
+        "materials",
+        "shapes",
+        "emitters",
+        "emitter_choice",
+    ])?;
     for key in ["title", "description"] {
         root.get(key).map(|value| value.text()).transpose()?;
     }
     let mut builder = SceneBuilder::new(origin.scene);
+    builder.series(read_series(&root)?);
     let materials = materials::read(&root, origin.folder, &mut builder)?;
-    shapes::read(&root, &materials, origin.folder, &mut builder)?;
+    shapes::read(&root, &materials, &origin, &mut builder)?;
     emitters::read(&root, origin.folder, &mut builder)?;
     let table = root
         .get("camera")
@@ -88,6 +107,18 @@ pub fn read(text: &str, origin: Origin, size: Option<(u32, u32)>) -> Result<Scen
         builder.note(note);
     }
     Ok(builder)
+}
+
+/// `max_order` and `tail`.
+fn read_series(root: &Table) -> Result<Series, SceneError> {
+    let max_order = match root.get("max_order") {
+        None => None,
+        Some(value) => match usize::try_from(value.whole()?) {
+            Ok(order) if order <= MAX_ORDER => Some(order),
+            _ => return Err(value.error(format!("it must be from 0 to {MAX_ORDER}"))),
+        },
+    };
+    Ok(Series { max_order, tail: root.get("tail").map_or(Ok(false), |value| value.boolean())? })
 }
 
 /// One material of a text that has materials as a scene file has them, and nothing else; it may not vary.

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::Origin;
 use glam::DVec3;
 use sampling::vec2;
 
@@ -28,16 +29,16 @@ const COMMON: [&str; 6] = ["type", "material", "emission", "two_sided", "flip", 
 pub(super) fn read(
     root: &Table,
     materials: &Materials,
-    folder: Option<&Path>,
+    origin: &Origin,
     builder: &mut SceneBuilder,
 ) -> Result<(), SceneError> {
     let shapes = tables(root, "shapes")?;
     if shapes.is_empty() {
         return Err(root.error("the scene has no shapes", "add a table `[[shapes]]`"));
     }
-    let textures = Textures::new(folder);
+    let textures = Textures::new(origin.folder);
     for table in &shapes {
-        let reader = Reader { table, materials, textures: &textures, folder };
+        let reader = Reader { table, materials, textures: &textures, origin };
         let shapes = match kind(table, &["quad", "sphere", "disk", "cylinder", "mesh"])? {
             "quad" => vec![reader.quad(builder)?],
             "sphere" => vec![reader.sphere(builder)?],
@@ -58,7 +59,7 @@ struct Reader<'a> {
     table: &'a Table<'a>,
     materials: &'a Materials<'a>,
     textures: &'a Textures<'a>,
-    folder: Option<&'a Path>,
+    origin: &'a Origin<'a>,
 }
 
 impl Reader<'_> {
@@ -146,11 +147,12 @@ impl Reader<'_> {
         let name = file.text()?;
         let ending = Path::new(name).extension().and_then(|ending| ending.to_str()).map(str::to_lowercase);
         let known = matches!(ending.as_deref(), Some("obj" | "ply"));
-        let Some(folder) = self.folder.filter(|_| known) else {
+        let Some(folder) = self.origin.folder.filter(|_| known) else {
             return Err(file.error("meshes are read from .obj and .ply files"));
         };
         let path = folder.join(name);
-        if !path.is_file() {
+        let attached = self.origin.attachments.iter().find(|attachment| attachment.name == name);
+        if attached.is_none() && !path.is_file() {
             return Err(
                 file.error(format!("there is no file {}; paths start at the scene file's folder", path.display()))
             );
@@ -162,7 +164,10 @@ impl Reader<'_> {
             return Ok(vec![builder.mesh(mesh, material)]);
         }
         let material = table.get("material").is_some().then(|| self.materials.named(table)).transpose()?;
-        let model = obj::Model::open(&path)?;
+        let model = match attached {
+            Some(attachment) => obj::Model::read(&path, attachment.text.as_bytes())?,
+            None => obj::Model::open(&path)?,
+        };
         let overrides = obj::Overrides { material, no_emission: material.is_some() || table.get("emission").is_some() };
         Ok(model.add_to(builder, overrides))
     }

@@ -46,7 +46,7 @@ mod tests {
             "[camera]\nposition = [0, 0, 3]\ntarget = [0, 0, 0]\n[materials.wax]\ntype = \"subsurface\"\n{keys}\n\
              [[shapes]]\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\nmaterial = \"wax\"\n"
         );
-        let origin = Origin { scene: "test", file: "test.toml", folder: Some(Path::new(".")) };
+        let origin = Origin { scene: "test", file: "test.toml", folder: Some(Path::new(".")), attachments: &[] };
         read(&text, origin, None).and_then(|builder| builder.build(Skip::default())).map_err(|error| error.to_string())
     }
 

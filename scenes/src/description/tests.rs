@@ -15,7 +15,7 @@ const BALL: &str = "[[shapes]]\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = 
 const SKY: &str = "[[emitters]]\ntype = \"constant\"\nradiance = 1\n";
 
 fn load(text: &str) -> Result<Scene, SceneError> {
-    let origin = Origin { scene: "test", file: "test.toml", folder: Some(Path::new(".")) };
+    let origin = Origin { scene: "test", file: "test.toml", folder: Some(Path::new(".")), attachments: &[] };
     read(text, origin, None)?.build(Skip::default())
 }
 

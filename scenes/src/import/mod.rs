@@ -1,16 +1,20 @@
 //! Importers of other programs' files.
 //!
+//! [`mitsuba`] translates scenes into scene files, in the manner of [`translation`].
+//!
 //! [`obj`] and [`ply`] read meshes, [`mtl`] reads material libraries, [`appearance`] decides what becomes of those,
 //! [`polygon`] cuts faces into triangles, [`solid`] mends the orientation of closed bodies, [`viewpoint`] chooses a
 //! camera for a file that has none.
 
 pub mod appearance;
+pub mod mitsuba;
 pub mod mtl;
 pub mod obj;
 pub mod ply;
 pub mod polygon;
 pub mod solid;
 mod source;
+pub mod translation;
 pub mod viewpoint;
 
 #[cfg(test)]

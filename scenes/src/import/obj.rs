@@ -20,8 +20,10 @@ use sampling::{Vec2, vec2};
 
 use super::appearance::Appearance;
 use super::source::{self, Source};
+use super::translation::{self, Lines, NoteKind, Notes, Place, Translation};
 use super::{mtl, polygon, solid, viewpoint};
 use crate::builder::{Emission, MeshData, SceneBuilder, ShapeId};
+use crate::camera::Projection;
 use crate::error::SceneError;
 use crate::material::MaterialId;
 use crate::texture::Texture;
@@ -143,6 +145,38 @@ pub fn scene(path: &Path, name: &str, size: Option<(u32, u32)>) -> Result<SceneB
     let meshes: Vec<&MeshData> = model.groups.iter().map(|group| &group.mesh).collect();
     viewpoint::furnish(&mut builder, &meshes, model.emits(), size);
     Ok(builder)
+}
+
+/// The whole scene as the text of a scene file, whose paths start at the folder `base`.
+pub fn translate(path: &Path, base: &Path) -> Result<Translation, SceneError> {
+    let model = Model::open(path)?;
+    let meshes: Vec<&MeshData> = model.groups.iter().map(|group| &group.mesh).collect();
+    let camera = viewpoint::choose(&meshes, model.emits(), (256, 256));
+    let place = Place { file: path.into(), line: 1 };
+    let mut lines = Lines::default();
+    lines.push(
+        &place,
+        format!("# Made of {}.", path.file_name().unwrap_or_default().to_string_lossy().escape_default()),
+    );
+    lines.table(&place, "[camera]");
+    for (key, vector) in [("position", camera.position), ("target", camera.target), ("up", camera.up)] {
+        lines.key(&place, key, translation::numbers(&vector.to_array()));
+    }
+    let Projection::Pinhole { fov } = camera.projection else { unreachable!("what is chosen is a pinhole") };
+    lines.key(&place, "fov", translation::number(fov));
+    lines.table(&place, "[[shapes]]");
+    lines.key(&place, "type", translation::quoted("mesh"));
+    lines.key(&place, "file", translation::quoted(&translation::named_from(path, base)));
+    if !model.emits() {
+        lines.table(&place, "[[emitters]]");
+        lines.key(&place, "type", translation::quoted("constant"));
+        lines.key(&place, "radiance", "1.0");
+    }
+    let mut notes = Notes::default();
+    for note in &model.notes {
+        notes.add(NoteKind::Approximated, &place, note.clone());
+    }
+    Ok(Translation::new(lines, Vec::new(), notes))
 }
 
 /// Reads every library that can be found, and notes those that cannot.

@@ -16,7 +16,7 @@ const SPOT: &str =
 const PARALLEL: &str = "type = \"directional\"\ndirection = [0, -2, 0]\nirradiance = 3";
 
 fn in_folder(folder: &Path, emitter: &str) -> Result<Scene, String> {
-    let origin = Origin { scene: "test", file: "test.toml", folder: Some(folder) };
+    let origin = Origin { scene: "test", file: "test.toml", folder: Some(folder), attachments: &[] };
     let builder = read(&with(emitter), origin, None).map_err(|error| error.to_string())?;
     builder.build(Skip::default()).map_err(|error| error.to_string())
 }

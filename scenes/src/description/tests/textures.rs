@@ -11,7 +11,7 @@ fn with_albedo(texture: &str) -> String {
 
 /// The albedo of the ball from 3 m in front.
 fn seen(text: &str, folder: &Path) -> f32 {
-    let origin = Origin { scene: "test", file: "test.toml", folder: Some(folder) };
+    let origin = Origin { scene: "test", file: "test.toml", folder: Some(folder), attachments: &[] };
     let scene = read(text, origin, None).unwrap().build(Skip::default()).unwrap();
     match scene.intersect(&Ray::new(vec3(0.0, 0.1, 3.0), vec3(0.0, 0.0, -1.0))).unwrap().bsdf {
         Bsdf::Lambert(lambert) => lambert.albedo.mean(),
@@ -37,7 +37,7 @@ fn every_texture_is_read() {
         assert!((albedo - expected).abs() < 1e-5, "{texture}: {albedo}");
     }
     let alpha = with_albedo("{ image = \"grey.png\", channel = \"a\" }");
-    let origin = Origin { scene: "test", file: "test.toml", folder: Some(folder.path()) };
+    let origin = Origin { scene: "test", file: "test.toml", folder: Some(folder.path()), attachments: &[] };
     let refused = |text: &str| match read(text, origin, None) {
         Ok(_) => panic!("accepted: {text}"),
         Err(error) => error.to_string(),

@@ -1,0 +1,313 @@
+//! Scattering models: what each of Mitsuba's becomes.
+//!
+//! The table of what is exact and what is not is in `docs/importers.md`.
+
+use super::context::Context;
+use super::index::{metal, relative_index};
+use super::material::{Description, Value};
+use super::plugin::Plugin;
+use super::spectrum::Quantity::{self, Index, Reflectance};
+use super::texture::{self, Texture};
+use super::xml::Element;
+use crate::error::SceneError;
+use sampling::bsdf::diffuse_transmittance;
+
+/// A model that reflects nothing: what is mixed with another to dim it.
+pub const BLACK: &str = "black";
+
+/// How facets differ from Mitsuba's.
+const HIDING: &str = "facets hide one another by their common height; Mitsuba takes both directions apart";
+
+/// What surrounds a model.
+#[derive(Clone, Copy)]
+pub struct Setting<'n> {
+    /// The name that the material will have.
+    pub name: &'n str,
+    /// Whether v of the shape is Mitsuba's turned over.
+    pub turned: bool,
+    /// Whether it is within `twosided`.
+    pub two_sided: bool,
+}
+
+/// What a `bsdf` becomes.
+pub fn describe<'a>(
+    element: &'a Element,
+    setting: Setting,
+    context: &mut Context<'a>,
+) -> Result<Description, SceneError> {
+    context.enter(element)?;
+    if element.tag != "bsdf" {
+        return Err(element.place.error(format!("{} is no material", element.title()), "refer to a `bsdf`"));
+    }
+    let plugin = Plugin::new(element, context)?;
+    let description = match plugin.kind() {
+        "twosided" => two_sided(&plugin, setting, context)?,
+        "mask" | "bumpmap" | "bump" | "normalmap" => super::material::layered(&plugin, setting, context)?,
+        "blendbsdf" | "mixturebsdf" => super::material::blend(&plugin, setting, context)?,
+        _ => model(&plugin, context)?,
+    };
+    context.mapped(element, &format!("`{}`", description.model));
+    let one_sided = matches!(
+        plugin.kind(),
+        "diffuse" | "roughdiffuse" | "conductor" | "roughconductor" | "plastic" | "roughplastic" | "phong" | "ward"
+    );
+    if one_sided && !setting.two_sided {
+        let text = format!("a `{}` without `twosided` is black from behind; here both sides scatter", plugin.kind());
+        context.approximate(plugin.place(), text);
+    }
+    plugin.finish(context);
+    context.leave();
+    Ok(description)
+}
+
+fn two_sided<'a>(plugin: &Plugin<'a>, setting: Setting, context: &mut Context<'a>) -> Result<Description, SceneError> {
+    let sides = plugin.tagged("bsdf");
+    if sides.len() > 1 {
+        context.approximate(plugin.place(), "a `twosided` with a material for each side has that of its front on both");
+    }
+    let Some(front) = sides.first() else {
+        return Err(plugin.place().error("`twosided` holds no material", "add a `bsdf`"));
+    };
+    describe(front, Setting { two_sided: true, ..setting }, context)
+}
+
+/// A model that holds no other.
+fn model<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Description, SceneError> {
+    let place = plugin.place();
+    let mut parameter = |names: &[&str], otherwise: f64, quantity: Quantity| {
+        let name = names.iter().copied().find(|name| plugin.part(name).is_some()).unwrap_or(names[0]);
+        texture::parameter(plugin, name, quantity, otherwise, context)
+    };
+    Ok(match plugin.kind() {
+        "diffuse" | "lambertian" => {
+            let albedo = parameter(&["reflectance", "diffuse_reflectance"], 0.5, Reflectance)?;
+            Description::new("lambert", place).with("albedo", albedo)
+        }
+        "roughdiffuse" => {
+            let albedo = parameter(&["reflectance", "diffuse_reflectance"], 0.5, Reflectance)?;
+            let alpha = plugin.float_or("alpha", 0.2)?;
+            let variant = if plugin.boolean("use_fast_approx")? == Some(true) { "qualitative" } else { "full" };
+            // An α of Beckmann's is √2 times the standard deviation of a small slope.
+            let sigma = (alpha / std::f64::consts::SQRT_2).atan().to_degrees();
+            let description = Description::new("oren_nayar", place).with("albedo", albedo);
+            description.with("sigma", Value::Number(sigma)).with("variant", Value::word(variant))
+        }
+        "conductor" => conductor(plugin, None, context)?,
+        "roughconductor" => {
+            let facets = facets(plugin, context)?;
+            conductor(plugin, Some(facets), context)?
+        }
+        "dielectric" => glass(plugin, "dielectric", context)?,
+        "thindielectric" => glass(plugin, "thin_glass", context)?,
+        "roughdielectric" => {
+            let facets = facets(plugin, context)?;
+            glass(plugin, "rough_dielectric", context)?.with_all(facets)
+        }
+        "plastic" => plastic(plugin, "plastic", context)?,
+        "roughplastic" => {
+            if plugin.text("distribution")?.unwrap_or("beckmann") != "ggx" {
+                context.approximate(place, "a `roughplastic` of other facets than `ggx` has those");
+            }
+            context.approximate(place, HIDING);
+            let alpha = alpha(plugin, "alpha", context)?;
+            plastic(plugin, "rough_plastic", context)?.with("alpha", alpha)
+        }
+        "phong" | "ward" => glossy(plugin, context)?,
+        "principled" | "principledthin" => principled(plugin, context)?,
+        "null" => Description::new("null", place),
+        kind => {
+            context.approximate(place, format!("a `{kind}` is not known, and becomes matte, of albedo 0.5"));
+            Description::new("lambert", place)
+        }
+    })
+}
+
+/// What scatters as microfacets: its keys of roughness.
+fn facets<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Vec<(&'static str, Value)>, SceneError> {
+    let place = plugin.place();
+    context.approximate(place, HIDING);
+    let distribution = match plugin.text("distribution")?.unwrap_or("beckmann") {
+        "ggx" => "ggx",
+        "beckmann" => "beckmann",
+        other => {
+            context.approximate(place, format!("the `distribution` `{other}` is taken as `beckmann`"));
+            "beckmann"
+        }
+    };
+    plugin.skip(&["sample_visible"]);
+    let mut keys = vec![("distribution", Value::word(distribution))];
+    if plugin.part("alpha_u").is_some() || plugin.part("alpha_v").is_some() {
+        keys.push(("alpha_x", alpha(plugin, "alpha_u", context)?.into()));
+        keys.push(("alpha_y", alpha(plugin, "alpha_v", context)?.into()));
+    } else {
+        keys.push(("alpha", alpha(plugin, "alpha", context)?.into()));
+    }
+    Ok(keys)
+}
+
+/// A width of facets, at most 1.
+fn alpha<'a>(plugin: &Plugin<'a>, name: &str, context: &mut Context<'a>) -> Result<Texture, SceneError> {
+    let alpha = texture::parameter(plugin, name, Index, 0.1, context)?;
+    match alpha.number() {
+        Some(width) if width > 1.0 => {
+            context.approximate(plugin.place(), format!("an `{name}` above 1 is taken as 1"));
+            Ok(Texture::grey(1.0))
+        }
+        Some(width) => Ok(Texture::grey(width)),
+        None => Ok(alpha),
+    }
+}
+
+fn conductor<'a>(
+    plugin: &Plugin<'a>,
+    facets: Option<Vec<(&'static str, Value)>>,
+    context: &mut Context<'a>,
+) -> Result<Description, SceneError> {
+    let model = if facets.is_some() { "rough_conductor" } else { "conductor" };
+    let place = plugin.place();
+    let factor = texture::parameter(plugin, "specular_reflectance", Reflectance, 1.0, context)?;
+    let has_index = plugin.part("eta").is_some() || plugin.part("k").is_some();
+    let (eta, k) = (
+        texture::parameter(plugin, "eta", Index, 0.0, context)?,
+        texture::parameter(plugin, "k", Index, 1.0, context)?,
+    );
+    let outside = if plugin.part("ext_eta").is_some() { relative_index_of_outside(plugin)? } else { 1.0 };
+    let usual = if plugin.element.version < 2 { "Cu" } else { "none" };
+    let material = plugin.text("material")?.unwrap_or(if has_index { "none" } else { usual });
+    let bare = Description::new(model, place).with_all(facets.unwrap_or_default());
+    if material != "none" {
+        let name = metal(plugin, material, context);
+        return Ok(bare.with("metal", Value::word(name)).dimmed(factor, None, context));
+    }
+    if !has_index {
+        // An ideal mirror, whose factor is its reflectance.
+        if model == "conductor" {
+            return Ok(Description::new("mirror", place).with("reflectance", factor));
+        }
+        return Ok(bare.with("reflectance", Texture::grey(1.0)).dimmed(factor, Some([1.0; 3]), context));
+    }
+    let by_outside = [1.0 / outside; 3];
+    let within = |texture: Texture, low: f64| match texture.scaled(by_outside) {
+        Some(Texture::Constant(index)) => Texture::Constant(index.map(|c| c.max(low))),
+        other => other.unwrap_or(Texture::grey(1.0)),
+    };
+    let (eta, k) = (within(eta, 1e-3), within(k, 0.0));
+    let normal = eta.constant().zip(k.constant()).map(|(eta, k)| {
+        std::array::from_fn(|c| {
+            let k2 = k[c] * k[c];
+            ((eta[c] - 1.0).powi(2) + k2) / ((eta[c] + 1.0).powi(2) + k2)
+        })
+    });
+    Ok(bare.with("eta", eta).with("k", k).dimmed(factor, normal, context))
+}
+
+fn relative_index_of_outside(plugin: &Plugin) -> Result<f64, SceneError> {
+    match plugin.float("ext_eta") {
+        Ok(Some(outside)) if outside > 0.0 => Ok(outside),
+        _ => Err(plugin.place().error("`ext_eta` is no index", "give a number above 0")),
+    }
+}
+
+fn glass<'a>(plugin: &Plugin<'a>, model: &'static str, context: &mut Context<'a>) -> Result<Description, SceneError> {
+    let eta = relative_index(plugin, "bk7")?;
+    let description = Description::new(model, plugin.place()).with("eta", Value::Number(eta));
+    let reflected = texture::parameter(plugin, "specular_reflectance", Reflectance, 1.0, context)?;
+    let transmitted = texture::parameter(plugin, "specular_transmittance", Reflectance, 1.0, context)?;
+    if reflected != transmitted {
+        let text = format!("the factors of what a `{}` reflects and transmits are left out", plugin.kind());
+        context.approximate(plugin.place(), text);
+        return Ok(description);
+    }
+    Ok(description.dimmed(reflected, None, context))
+}
+
+/// A coat over a diffuse base. Where Mitsuba lets the base's light be reflected within as if it were white (`nonlinear` is
+/// false), the albedo is the one with which ours, ρ / (1 − ρ F̄), is the same: ρ' = ρ / (1 − F̄ + ρ F̄).
+fn plastic<'a>(plugin: &Plugin<'a>, model: &'static str, context: &mut Context<'a>) -> Result<Description, SceneError> {
+    let place = plugin.place();
+    let eta = relative_index(plugin, "polypropylene")?;
+    let albedo = texture::parameter(plugin, "diffuse_reflectance", Reflectance, 0.5, context)?;
+    if texture::parameter(plugin, "specular_reflectance", Reflectance, 1.0, context)?.constant() != Some([1.0; 3]) {
+        context.approximate(place, format!("the `specular_reflectance` of a `{}` is taken as 1", plugin.kind()));
+    }
+    let leaves = f64::from(diffuse_transmittance(eta as f32)) / (eta * eta);
+    let linear = !plugin.boolean("nonlinear")?.unwrap_or(false);
+    let albedo = match albedo {
+        Texture::Constant(albedo) if linear => {
+            if model == "rough_plastic" {
+                context.approximate(
+                    place,
+                    "what a rough coat reflects within is taken as a smooth one's for `nonlinear` false",
+                );
+            }
+            Texture::Constant(albedo.map(|c| c / (leaves + c * (1.0 - leaves))))
+        }
+        textured => {
+            if linear {
+                context.approximate(
+                    place,
+                    format!("a textured `{}` is taken as `nonlinear`: its colours are deeper", plugin.kind()),
+                );
+            }
+            textured
+        }
+    };
+    plugin.skip(&["sample_visible", "specular_sampling_weight"]);
+    Ok(Description::new(model, place).with("albedo", albedo).with("eta", Value::Number(eta)))
+}
+
+/// Phong's and Ward's models of Mitsuba 0.
+fn glossy<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Description, SceneError> {
+    let place = plugin.place();
+    let mut kd = texture::parameter(plugin, "diffuse_reflectance", Reflectance, 0.5, context)?;
+    let mut ks = texture::parameter(plugin, "specular_reflectance", Reflectance, 0.2, context)?;
+    if let (Some(d), Some(s)) = (kd.constant(), ks.constant()) {
+        let most = (0..3).map(|c| d[c] + s[c]).fold(0.0, f64::max);
+        if most > 1.0 {
+            context.approximate(place, "diffuse and specular reflectances of more than 1 in all are scaled down");
+            (kd, ks) = (Texture::Constant(d.map(|c| c / most)), Texture::Constant(s.map(|c| c / most)));
+        }
+    }
+    plugin.skip(&["specular_sampling_weight"]);
+    if plugin.kind() == "phong" {
+        let n = texture::parameter(plugin, "exponent", Index, 30.0, context)?;
+        return Ok(Description::new("phong", place).with("kd", kd).with("ks", ks).with("n", n));
+    }
+    if let Some(variant @ ("ward" | "ward-duer")) = plugin.text("variant")? {
+        context.approximate(place, format!("the variant `{variant}` of a `ward` is taken as `balanced`"));
+    }
+    let (x, y) = match plugin.part("alpha") {
+        Some(_) => (alpha(plugin, "alpha", context)?, alpha(plugin, "alpha", context)?),
+        None => (alpha(plugin, "alpha_u", context)?, alpha(plugin, "alpha_v", context)?),
+    };
+    Ok(Description::new("ward", place).with("kd", kd).with("ks", ks).with("alpha_x", x).with("alpha_y", y))
+}
+
+fn principled<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Description, SceneError> {
+    let place = plugin.place();
+    context.approximate(place, format!("a `{}` is near Disney's model as it is here, not the same", plugin.kind()));
+    let mut description = Description::new("principled", place)
+        .with("base_color", texture::parameter(plugin, "base_color", Reflectance, 0.5, context)?);
+    let numbers = [
+        ("metallic", "metallic", 0.0),
+        ("flatness", "subsurface", 0.0),
+        ("spec_tint", "specular_tint", 0.0),
+        ("roughness", "roughness", 0.5),
+        ("anisotropic", "anisotropic", 0.0),
+        ("sheen", "sheen", 0.0),
+        ("sheen_tint", "sheen_tint", 0.0),
+        ("clearcoat", "clearcoat", 0.0),
+        ("clearcoat_gloss", "clearcoat_gloss", 0.0),
+        ("spec_trans", "spec_trans", 0.0),
+    ];
+    for (theirs, ours, otherwise) in numbers {
+        description = description.with(ours, texture::parameter(plugin, theirs, Reflectance, otherwise, context)?);
+    }
+    // Burley's `specular` is an F₀ of 0.08 at 1.
+    let eta = match (plugin.float("eta")?, plugin.float("specular")?) {
+        (Some(eta), _) => eta,
+        (None, specular) => 2.0 / (1.0 - (0.08 * specular.unwrap_or(0.5)).max(0.0).sqrt()) - 1.0,
+    };
+    plugin.skip(&["diffuse_reflectance_sampling_rate", "main_specular_sampling_rate", "clearcoat_sampling_rate"]);
+    Ok(description.with("eta", Value::Number(eta)))
+}

@@ -1,0 +1,206 @@
+//! What a translation knows while it goes on: who is referred to by which name, where files are, and what is written so far.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use super::xml::{Element, Xml};
+use crate::error::SceneError;
+use crate::import::translation::{Attachment, Lines, NoteKind, Notes, Place, named_from};
+use crate::suggest::did_you_mean;
+
+/// How deep things may refer to others of their kind.
+const MAX_NESTING: usize = 32;
+/// How often they may in all.
+const MAX_VISITS: usize = 4_000_000;
+
+/// The state of a translation.
+pub struct Context<'a> {
+    /// The elements that have an `id`, by it.
+    ids: BTreeMap<&'a str, &'a Element>,
+    folders: &'a [PathBuf],
+    /// Where paths start that the text names.
+    base: PathBuf,
+    /// What is written so far.
+    pub materials: Lines,
+    /// What is written so far.
+    pub shapes: Lines,
+    /// What is written so far.
+    pub emitters: Lines,
+    /// What is to be told.
+    pub notes: Notes,
+    /// Meshes without a file.
+    pub attachments: Vec<Attachment>,
+    /// Files that are not there.
+    missing: Vec<(Place, String)>,
+    /// The materials written, by their element and by whether v runs the other way.
+    pub material_names: BTreeMap<(*const Element, bool), String>,
+    taken: BTreeSet<String>,
+    /// How many things that refer to others are being read, each within the one before.
+    nesting: usize,
+    /// How many have been read.
+    visits: usize,
+    /// Whether there is an environment.
+    pub has_environment: bool,
+    /// How many shapes instances have been written out to.
+    pub copies: usize,
+    /// How attachments are called, but for their number.
+    stem: String,
+}
+
+impl<'a> Context<'a> {
+    /// Before anything is written.
+    pub fn new(xml: &'a Xml, base: &Path, stem: &str) -> Result<Self, SceneError> {
+        let mut context = Self {
+            ids: BTreeMap::new(),
+            folders: &xml.folders,
+            base: base.to_path_buf(),
+            materials: Lines::default(),
+            shapes: Lines::default(),
+            emitters: Lines::default(),
+            notes: Notes::default(),
+            attachments: Vec::new(),
+            missing: Vec::new(),
+            material_names: BTreeMap::new(),
+            taken: BTreeSet::from([super::bsdf::BLACK.to_string()]),
+            nesting: 0,
+            visits: 0,
+            has_environment: false,
+            copies: 0,
+            stem: stem.to_string(),
+        };
+        context.collect_ids(&xml.root)?;
+        Ok(context)
+    }
+
+    fn collect_ids(&mut self, element: &'a Element) -> Result<(), SceneError> {
+        for child in &element.children {
+            match child.tag.as_str() {
+                "ref" => {}
+                "alias" => {
+                    let (id, new) = (child.attribute("id"), child.attribute("as"));
+                    let (Some(id), Some(new)) = (id, new) else {
+                        return Err(child.place.error("`alias` lacks its `id` or `as`", "give both"));
+                    };
+                    self.ids.insert(new, self.by_id(id, &child.place)?);
+                }
+                _ => {
+                    if let Some(id) = child.attribute("id")
+                        && let Some(first) = self.ids.insert(id, child)
+                    {
+                        let message = format!("there are two elements `{id}`, the first at line {}", first.place.line);
+                        return Err(child.place.error(message, "give one of them another `id`"));
+                    }
+                    self.collect_ids(child)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn by_id(&self, id: &str, place: &Place) -> Result<&'a Element, SceneError> {
+        let found = self.ids.get(id).copied();
+        found.ok_or_else(|| {
+            let names: Vec<&str> = self.ids.keys().copied().collect();
+            place.error(format!("there is no element `{id}` to refer to"), did_you_mean(id, &names))
+        })
+    }
+
+    /// The element itself, or what it refers to.
+    pub fn resolved(&self, element: &'a Element) -> Result<&'a Element, SceneError> {
+        if element.tag != "ref" {
+            return Ok(element);
+        }
+        match element.attribute("id") {
+            Some(id) => self.by_id(id, &element.place),
+            None => Err(element.place.error("`ref` lacks its `id`", "name an element")),
+        }
+    }
+
+    /// Begins to read a thing that may refer to others of its kind: none may contain itself, or be repeated without end.
+    pub fn enter(&mut self, element: &Element) -> Result<(), SceneError> {
+        (self.nesting, self.visits) = (self.nesting + 1, self.visits + 1);
+        if self.nesting > MAX_NESTING {
+            let message = format!("{} contains itself, or more than {MAX_NESTING} others", element.title());
+            return Err(element.place.error(message, "take one of the references out"));
+        }
+        if self.visits > MAX_VISITS {
+            let message = format!("more than {MAX_VISITS} materials, textures and shapes are referred to");
+            return Err(element.place.error(message, "let references repeat less"));
+        }
+        Ok(())
+    }
+
+    /// Ends what [`enter`](Self::enter) began.
+    pub fn leave(&mut self) {
+        self.nesting -= 1;
+    }
+
+    /// Notes something.
+    pub fn note(&mut self, kind: NoteKind, place: &Place, text: impl Into<String>) {
+        self.notes.add(kind, place, text);
+    }
+
+    /// Notes that something is not quite the same.
+    pub fn approximate(&mut self, place: &Place, text: impl Into<String>) {
+        self.note(NoteKind::Approximated, place, text);
+    }
+
+    /// Notes what became of something.
+    pub fn mapped(&mut self, element: &Element, what: &str) {
+        self.note(NoteKind::Mapped, &element.place, format!("`{} {}` becomes {what}", element.tag, element.kind()));
+    }
+
+    /// A name for a material that no other has.
+    pub fn fresh_name(&mut self, wanted: &str) -> String {
+        let free = |name: &String| !self.taken.contains(name);
+        let first = std::iter::once(wanted.to_string());
+        let name = first.chain((2..).map(|n| format!("{wanted}_{n}"))).find(free).unwrap_or_default();
+        self.taken.insert(name.clone());
+        name
+    }
+
+    /// Where a file is; `None`, and it is told later, where it is nowhere.
+    pub fn find(&mut self, name: &str, place: &Place) -> Option<PathBuf> {
+        let plain = name.replace('\\', "/");
+        for name in [name, &plain] {
+            let found = self.folders.iter().map(|folder| folder.join(name)).find(|path| path.is_file());
+            if found.is_some() {
+                return found;
+            }
+        }
+        let item = (place.clone(), name.to_string());
+        if !self.missing.contains(&item) {
+            self.missing.push(item);
+        }
+        None
+    }
+
+    /// How the text names a file.
+    pub fn named_from_base(&self, path: &Path) -> String {
+        named_from(path, &self.base)
+    }
+
+    /// Keeps a mesh that has no file, and returns its name.
+    pub fn attach(&mut self, text: String) -> String {
+        if let Some(same) = self.attachments.iter().find(|attachment| attachment.text == text) {
+            return same.name.clone();
+        }
+        let name = format!("{}_mesh{:03}.obj", self.stem, self.attachments.len() + 1);
+        self.attachments.push(Attachment { name: name.clone(), text });
+        name
+    }
+
+    /// Tells of all files that were not found, in one error.
+    pub fn check_files(&self) -> Result<(), SceneError> {
+        let Some((place, _)) = self.missing.first() else { return Ok(()) };
+        let list: Vec<String> = self.missing.iter().map(|(at, name)| format!("`{name}` (line {})", at.line)).collect();
+        let folders: Vec<String> = self.folders.iter().map(|folder| shown(folder)).collect();
+        let message = format!("{} files are not there: {}", list.len(), list.join(", "));
+        let message = if list.len() == 1 { message.replacen("1 files are", "a file is", 1) } else { message };
+        Err(place.error(message, format!("they were looked for in {}", folders.join(", "))))
+    }
+}
+
+fn shown(folder: &Path) -> String {
+    if folder.as_os_str().is_empty() { ".".to_string() } else { folder.display().to_string() }
+}

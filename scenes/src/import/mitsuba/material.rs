@@ -1,0 +1,312 @@
+//! Materials as they are written, and what is made of other materials.
+
+use super::bsdf::{BLACK, Setting, describe};
+use super::context::Context;
+use super::plugin::Plugin;
+use super::spectrum::Quantity;
+use super::texture::{self, Texture};
+use super::xml::Element;
+use crate::error::SceneError;
+use crate::import::translation::{Lines, Place, key, number, quoted};
+
+/// The value of a key.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// What may vary.
+    Texture(Texture),
+    /// What may not.
+    Number(f64),
+    /// A name.
+    Word(String),
+}
+
+impl Value {
+    /// A name.
+    pub fn word(word: &str) -> Self {
+        Self::Word(word.to_string())
+    }
+
+    fn toml(&self, turned: bool) -> String {
+        match self {
+            Self::Texture(texture) => texture.toml(turned),
+            Self::Number(x) => number(*x),
+            Self::Word(word) => quoted(word),
+        }
+    }
+}
+
+impl From<Texture> for Value {
+    fn from(texture: Texture) -> Self {
+        Self::Texture(texture)
+    }
+}
+
+/// A material as it will be written.
+#[derive(Clone, Debug)]
+pub struct Description {
+    /// Its model.
+    pub model: &'static str,
+    /// The model's parameters.
+    keys: Vec<(&'static str, Value)>,
+    /// What dims it: the share of its light that is left.
+    share: f64,
+    /// `normal_map` or `bump_map`, and what it is.
+    relief: Option<(&'static str, Texture)>,
+    opacity: Option<Texture>,
+    place: Place,
+}
+
+impl Description {
+    /// A model with its presets.
+    pub fn new(model: &'static str, place: &Place) -> Self {
+        Self { model, keys: Vec::new(), share: 1.0, relief: None, opacity: None, place: place.clone() }
+    }
+
+    /// The same with a parameter more.
+    pub fn with(mut self, key: &'static str, value: impl Into<Value>) -> Self {
+        self.keys.push((key, value.into()));
+        self
+    }
+
+    /// The same with parameters more.
+    pub fn with_all(mut self, keys: Vec<(&'static str, Value)>) -> Self {
+        self.keys.extend(keys);
+        self
+    }
+
+    /// The same, all of whose light is multiplied by a factor. A grey one is exact: the rest is of black patches. One with a
+    /// hue becomes the colour at the normal, `normal` times the factor, where that is known.
+    pub fn dimmed(mut self, factor: Texture, normal: Option<[f64; 3]>, context: &mut Context) -> Self {
+        let grey = factor.constant().is_some_and(|[r, g, b]| r == g && g == b);
+        let constant = !self.keys.iter().any(|(_, value)| matches!(value, Value::Texture(t) if t.constant().is_none()));
+        if grey && constant {
+            self.share = factor.number().unwrap_or(1.0);
+            return self;
+        }
+        match normal.and_then(|normal| factor.clone().scaled(normal)) {
+            Some(reflectance) => {
+                context.approximate(
+                    &self.place,
+                    "a coloured `specular_reflectance` becomes part of the reflectance at the normal",
+                );
+                self.keys.retain(|(key, _)| !matches!(*key, "eta" | "k" | "reflectance"));
+                self.with("reflectance", reflectance)
+            }
+            None => {
+                context.approximate(
+                    &self.place,
+                    "a coloured or textured factor of what is reflected is taken as its mean",
+                );
+                let [r, g, b] = factor.mean();
+                self.share = if constant { (r + g + b) / 3.0 } else { 1.0 };
+                self
+            }
+        }
+    }
+
+    /// The same without what may not be in a part of a mix.
+    fn for_mix(mut self, context: &mut Context) -> Self {
+        let mut varies = self.relief.take().is_some() | self.opacity.take().is_some();
+        for (_, value) in &mut self.keys {
+            if let Value::Texture(texture) = value
+                && texture.constant().is_none()
+            {
+                varies = true;
+                *texture = Texture::Constant(texture.mean());
+            }
+        }
+        if varies {
+            context.approximate(
+                &self.place,
+                "a part of a blend is the same everywhere: its textures, masks and maps are left out",
+            );
+        }
+        self
+    }
+
+    /// Writes it under this name.
+    fn write(&self, name: &str, turned: bool, context: &mut Context) {
+        let mut lines = Lines::default();
+        let header = |name: &str| format!("[materials.{}]", key(name));
+        let (mut model, mut keys) = (self.model, self.keys.clone());
+        if self.share != 1.0 {
+            black(&self.place, context);
+            let whole = context.fresh_name(&format!("{name}_undimmed"));
+            lines.table(&self.place, header(&whole));
+            write_keys(&mut lines, &self.place, model, &keys, turned);
+            model = "mix";
+            let amount = Value::Number(1.0 - self.share);
+            keys = vec![("first", Value::Word(whole)), ("second", Value::word(BLACK)), ("amount", amount)];
+        }
+        lines.table(&self.place, header(name));
+        write_keys(&mut lines, &self.place, model, &keys, turned);
+        if let Some((kind, map)) = &self.relief {
+            lines.key(&self.place, kind, map.toml(turned));
+        }
+        if let Some(opacity) = &self.opacity {
+            lines.key(&self.place, "opacity", opacity.toml(turned));
+        }
+        context.materials.append(lines);
+    }
+}
+
+fn write_keys(lines: &mut Lines, place: &Place, model: &str, keys: &[(&'static str, Value)], turned: bool) {
+    lines.key(place, "type", quoted(model));
+    for (key, value) in keys {
+        lines.key(place, key, value.toml(turned));
+    }
+}
+
+/// Writes the black material, once.
+fn black(place: &Place, context: &mut Context) {
+    let key = (std::ptr::null(), false);
+    if context.material_names.insert(key, BLACK.to_string()).is_none() {
+        context.materials.table(place, format!("[materials.{BLACK}]"));
+        context.materials.key(place, "type", quoted("lambert"));
+        context.materials.key(place, "albedo", "0.0");
+    }
+}
+
+/// The name of the material that a `bsdf` becomes, written where it is first asked for; `turned` where the shape's v is
+/// Mitsuba's turned over.
+pub fn named<'a>(element: &'a Element, turned: bool, context: &mut Context<'a>) -> Result<String, SceneError> {
+    let key = (std::ptr::from_ref(element), turned);
+    if let Some(name) = context.material_names.get(&key) {
+        return Ok(name.clone());
+    }
+    let own = element.attribute("id").map(str::to_string);
+    let name = context.fresh_name(&own.unwrap_or_else(|| format!("{}_line{}", element.kind(), element.place.line)));
+    let setting = Setting { name: &name, turned, two_sided: false };
+    describe(element, setting, context)?.write(&name, turned, context);
+    context.material_names.insert(key, name.clone());
+    Ok(name)
+}
+
+/// The material of shapes that have none: matte, of albedo ½.
+pub fn usual(place: &Place, context: &mut Context) -> String {
+    let key = (std::ptr::null(), true);
+    if let Some(name) = context.material_names.get(&key) {
+        return name.clone();
+    }
+    let name = context.fresh_name("default");
+    Description::new("lambert", place).write(&name, false, context);
+    context.material_names.insert(key, name.clone());
+    name
+}
+
+/// A material with a mask or a map over it.
+pub fn layered<'a>(
+    plugin: &Plugin<'a>,
+    setting: Setting,
+    context: &mut Context<'a>,
+) -> Result<Description, SceneError> {
+    let place = plugin.place();
+    let own = match plugin.kind() {
+        "mask" => Some(texture::parameter(plugin, "opacity", Quantity::Reflectance, 0.5, context)?),
+        kind => {
+            context.approximate(
+                place,
+                format!("a `{kind}` tilts one face of a tiny groove, so that no light is lost or leaks"),
+            );
+            let named = ["normalmap", "texture", "bumpmap"]
+                .into_iter()
+                .find_map(|name| plugin.part(name).filter(|part| part.tag == "texture"));
+            let map = named.or_else(|| plugin.tagged("texture").pop());
+            map.map(|map| texture::read(map, Quantity::Index, context)).transpose()?
+        }
+    };
+    let Some(inner) = plugin.tagged("bsdf").first().copied() else {
+        return Err(place.error(format!("`{}` holds no material", plugin.kind()), "add a `bsdf`"));
+    };
+    let Some(own) = own else {
+        return Err(place.error(format!("`{}` holds no texture", plugin.kind()), "add one"));
+    };
+    let mut description = describe(inner, setting, context)?;
+    let scale = plugin.float_or("scale", 1.0)?;
+    match plugin.kind() {
+        "mask" if description.opacity.is_some() => {
+            context.approximate(place, "of two masks one over the other only the outer is kept");
+            description.opacity = Some(own);
+        }
+        "mask" => description.opacity = Some(own),
+        kind => {
+            if description.relief.is_some() {
+                context.approximate(place, "of two maps one over the other only the outer is kept");
+            }
+            description.relief = match kind {
+                "normalmap" => Some(("normal_map", linear(own))),
+                _ => match linear(own).scaled([scale; 3]) {
+                    Some(heights) if heights.constant().is_none() => Some(("bump_map", heights)),
+                    _ => None,
+                },
+            };
+        }
+    }
+    Ok(description)
+}
+
+/// An image of numbers, not of colours.
+fn linear(texture: Texture) -> Texture {
+    match texture {
+        Texture::Image { file, wrap, scale, map, encoding } => {
+            Texture::Image { file, wrap, scale, map, encoding: encoding.map(|_| "linear") }
+        }
+        other => other,
+    }
+}
+
+/// Materials side by side: `blendbsdf` with its `weight`, `mixturebsdf` of older files with its `weights`.
+pub fn blend<'a>(plugin: &Plugin<'a>, setting: Setting, context: &mut Context<'a>) -> Result<Description, SceneError> {
+    let place = plugin.place();
+    let mut parts = Vec::new();
+    for part in plugin.tagged("bsdf") {
+        let description = describe(part, setting, context)?.for_mix(context);
+        let name = context.fresh_name(&format!("{}_part{}", setting.name, parts.len() + 1));
+        description.write(&name, setting.turned, context);
+        parts.push(name);
+    }
+    let amounts: Vec<Texture> = if plugin.kind() == "blendbsdf" {
+        vec![texture::parameter(plugin, "weight", Quantity::Reflectance, 0.5, context)?]
+    } else {
+        shares(plugin, parts.len(), context)?.into_iter().map(Texture::grey).collect()
+    };
+    if parts.len() != amounts.len() + 1 {
+        let message = format!("`{}` has {} materials for {} weights", plugin.kind(), parts.len(), amounts.len());
+        return Err(place.error(message, "a `blendbsdf` has two materials, a `mixturebsdf` a weight for each"));
+    }
+    // A mix of a mix: each amount is the share of the last part in what is gathered so far.
+    let mut whole = parts.remove(0);
+    let last = amounts.len() - 1;
+    for (i, (part, amount)) in parts.into_iter().zip(amounts).enumerate() {
+        let mix = Description::new("mix", place).with("first", Value::Word(whole)).with("second", Value::Word(part));
+        let mix = mix.with("amount", amount);
+        if i == last {
+            return Ok(mix);
+        }
+        whole = context.fresh_name(&format!("{}_mix{}", setting.name, i + 1));
+        mix.write(&whole, setting.turned, context);
+    }
+    Err(place.error("a blend has no parts", "add two materials"))
+}
+
+/// Of a `mixturebsdf`, the share of each part but the first in it and those before it.
+fn shares<'a>(plugin: &Plugin<'a>, parts: usize, context: &mut Context<'a>) -> Result<Vec<f64>, SceneError> {
+    let text = plugin.text("weights")?.unwrap_or("");
+    let weights = super::plugin::finite_list(text, "weights", plugin.place())?;
+    let total: f64 = weights.iter().sum();
+    if weights.len() != parts || parts < 2 || weights.iter().any(|&weight| weight < 0.0) || total <= 0.0 {
+        let message = format!("the `weights` of a `mixturebsdf` of {parts} materials are `{text}`");
+        return Err(plugin.place().error(message, "give a weight of 0 or more for each of two materials or more"));
+    }
+    if (total - 1.0).abs() > 1e-9 {
+        context.approximate(plugin.place(), "the weights of a `mixturebsdf` are scaled to 1 in all");
+    }
+    let mut so_far = weights[0];
+    Ok(weights[1..]
+        .iter()
+        .map(|&weight| {
+            so_far += weight;
+            if so_far > 0.0 { weight / so_far } else { 0.5 }
+        })
+        .collect())
+}

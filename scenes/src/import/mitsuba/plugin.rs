@@ -1,0 +1,160 @@
+//! A plugin's parameters, each looked up by its name; what nobody asked for is told.
+
+use std::cell::RefCell;
+
+use glam::{DMat4, DVec3};
+
+use super::context::Context;
+use super::transform;
+use super::xml::Element;
+use crate::error::SceneError;
+use crate::import::translation::{NoteKind, Place};
+
+/// An element with its parts, references resolved.
+pub struct Plugin<'a> {
+    /// The element.
+    pub element: &'a Element,
+    parts: Vec<(&'a str, &'a Element)>,
+    used: RefCell<Vec<bool>>,
+}
+
+impl<'a> Plugin<'a> {
+    /// The parts of an element.
+    pub fn new(element: &'a Element, context: &Context<'a>) -> Result<Self, SceneError> {
+        let mut parts = Vec::new();
+        for child in &element.children {
+            let part = context.resolved(child)?;
+            let name = if child.name().is_empty() && child.tag != "ref" { part.name() } else { child.name() };
+            parts.push((name, part));
+        }
+        let used = RefCell::new(vec![false; parts.len()]);
+        Ok(Self { element, parts, used })
+    }
+
+    /// Where it begins.
+    pub fn place(&self) -> &'a Place {
+        &self.element.place
+    }
+
+    /// The name of the plugin.
+    pub fn kind(&self) -> &'a str {
+        self.element.kind()
+    }
+
+    /// The parameter of this name.
+    pub fn part(&self, name: &str) -> Option<&'a Element> {
+        // Of two, the last holds, and both are used.
+        let mut found = None;
+        for (i, (own, part)) in self.parts.iter().enumerate() {
+            if *own == name {
+                self.used.borrow_mut()[i] = true;
+                found = Some(*part);
+            }
+        }
+        found
+    }
+
+    /// Marks a parameter as of no matter to the light.
+    pub fn skip(&self, names: &[&str]) {
+        names.iter().for_each(|name| _ = self.part(name));
+    }
+
+    /// All parts with this tag, whatever their name.
+    pub fn tagged(&self, tag: &str) -> Vec<&'a Element> {
+        let mut found = Vec::new();
+        for (i, (_, part)) in self.parts.iter().enumerate() {
+            if part.tag == tag && !self.used.borrow()[i] {
+                self.used.borrow_mut()[i] = true;
+                found.push(*part);
+            }
+        }
+        found
+    }
+
+    /// The texts of these parts are values.
+    fn value(&self, name: &str) -> Result<Option<(&'a str, &'a Place)>, SceneError> {
+        let Some(part) = self.part(name) else { return Ok(None) };
+        match part.attribute("value") {
+            Some(value) => Ok(Some((value.trim(), &part.place))),
+            None => Err(part.place.error(format!("{} has no `value`", part.title()), "add one")),
+        }
+    }
+
+    /// A number.
+    pub fn float(&self, name: &str) -> Result<Option<f64>, SceneError> {
+        self.value(name)?.map(|(value, place)| finite(value, name, place)).transpose()
+    }
+
+    /// A number, or what it is by default.
+    pub fn float_or(&self, name: &str, otherwise: f64) -> Result<f64, SceneError> {
+        Ok(self.float(name)?.unwrap_or(otherwise))
+    }
+
+    /// A whole number.
+    pub fn integer(&self, name: &str) -> Result<Option<i64>, SceneError> {
+        let Some((value, place)) = self.value(name)? else { return Ok(None) };
+        let wrong = || place.error(format!("`{name}` is `{value}`"), "it must be a whole number");
+        value.parse().map(Some).map_err(|_| wrong())
+    }
+
+    /// True or false.
+    pub fn boolean(&self, name: &str) -> Result<Option<bool>, SceneError> {
+        match self.value(name)? {
+            None => Ok(None),
+            Some(("true", _)) => Ok(Some(true)),
+            Some(("false", _)) => Ok(Some(false)),
+            Some((value, place)) => Err(place.error(format!("`{name}` is `{value}`"), "it must be `true` or `false`")),
+        }
+    }
+
+    /// A text.
+    pub fn text(&self, name: &str) -> Result<Option<&'a str>, SceneError> {
+        Ok(self.value(name)?.map(|(value, _)| value))
+    }
+
+    /// A point or a vector.
+    pub fn vector(&self, name: &str) -> Result<Option<DVec3>, SceneError> {
+        self.part(name).map(|part| transform::vector(part, 0.0)).transpose()
+    }
+
+    /// A transform; the identity where there is none.
+    pub fn transform(&self, name: &str, context: &mut Context<'a>) -> Result<DMat4, SceneError> {
+        match self.part(name) {
+            Some(part) => transform::read(part, context),
+            None => Ok(DMat4::IDENTITY),
+        }
+    }
+
+    /// Tells which parts nobody asked for.
+    pub fn finish(&self, context: &mut Context<'a>) {
+        for ((name, part), used) in self.parts.iter().zip(&*self.used.borrow()) {
+            if !used {
+                let what = if name.is_empty() { part.title() } else { format!("`{name}`") };
+                // A number or a text that is not known may not matter; a part that is a thing of its own does.
+                let small = matches!(part.tag.as_str(), "float" | "integer" | "string" | "boolean");
+                let kind = if small { NoteKind::Ignored } else { NoteKind::Approximated };
+                let left = if small { "" } else { " is left out" };
+                context.note(kind, &part.place, format!("{what} of {}{left}", self.element.title()));
+            }
+        }
+    }
+}
+
+/// A finite number.
+pub fn finite(text: &str, name: &str, place: &Place) -> Result<f64, SceneError> {
+    match text.trim().parse::<f64>() {
+        Ok(x) if x.is_finite() => Ok(x),
+        _ => Err(place.error(format!("`{name}` holds `{}`", short(text)), "it must be a finite number")),
+    }
+}
+
+/// The finite numbers of a text, separated by spaces or commas.
+pub fn finite_list(text: &str, name: &str, place: &Place) -> Result<Vec<f64>, SceneError> {
+    let words = text.split(|c: char| c == ',' || c.is_whitespace()).filter(|word| !word.is_empty());
+    words.map(|word| finite(word, name, place)).collect()
+}
+
+fn short(text: &str) -> String {
+    let start: String = text.chars().take(40).collect();
+    if start.len() < text.len() { start + "…" } else { start }
+}

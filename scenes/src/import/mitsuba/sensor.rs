@@ -1,0 +1,209 @@
+//! Sensors and their films.
+//!
+//! A sensor looks along +z of its own frame, and its image has +y above and +x to the left: so the image of a frame that turns as
+//! a right hand does, such as every `lookat`, is seen as the world is, and of one that turns as a left hand does, mirrored.
+
+use glam::{DMat3, DMat4, DVec3};
+
+use super::context::Context;
+use super::plugin::Plugin;
+use super::xml::Element;
+use crate::error::SceneError;
+use crate::import::translation::{Lines, NoteKind, Place, number, numbers, quoted};
+
+/// What a film says.
+struct Film {
+    width: u32,
+    height: u32,
+    /// First column and row, width, height.
+    crop: Option<[u32; 4]>,
+    filter: &'static str,
+    place: Place,
+}
+
+/// The table `[camera]` of the first sensor.
+pub fn write<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<Lines, SceneError> {
+    let plugin = Plugin::new(element, context)?;
+    let place = plugin.place();
+    let film = film(&plugin, context)?;
+    let to_world = plugin.transform("to_world", context)?;
+    let (kind, mut keys) = match plugin.kind() {
+        "perspective" | "perspective_pinhole" => ("pinhole", vec![("fov", number(fov(&plugin, &film)?))]),
+        "thinlens" => {
+            let radius = plugin.float("aperture_radius")?;
+            match radius {
+                Some(radius) if radius > 0.0 => {
+                    ("thin_lens", vec![("fov", number(fov(&plugin, &film)?)), ("lens_radius", number(radius))])
+                }
+                _ => ("pinhole", vec![("fov", number(fov(&plugin, &film)?))]),
+            }
+        }
+        "orthographic" => {
+            // The film is 2 wide and as high as its shape asks for, in the sensor's own frame.
+            let scale = to_world.transform_vector3(DVec3::X).length();
+            let (width, height) = (f64::from(film.width), f64::from(film.height));
+            ("orthographic", vec![("extent", number(2.0 * scale * width.min(height) / width))])
+        }
+        kind => {
+            let message = format!("a sensor `{kind}` is not supported");
+            return Err(place.error(message, "use `perspective`, `thinlens` or `orthographic`"));
+        }
+    };
+    if kind == "thin_lens" {
+        // Without one the lens is focussed on what is very far; here on the target, so it is always said.
+        keys.push(("focus_distance", number(plugin.float_or("focus_distance", 10_000.0)?)));
+    }
+    let (position, ahead, up, mirrored) = frame(&to_world, place, context);
+    let mut lines = Lines::default();
+    lines.table(place, "[camera]");
+    if kind != "pinhole" {
+        lines.key(place, "type", quoted(kind));
+    }
+    let at = plugin.part("to_world").map_or(place, |part| &part.place);
+    lines.key(at, "position", numbers(&position.to_array()));
+    lines.key(at, "target", numbers(&(position + ahead).to_array()));
+    lines.key(at, "up", numbers(&up.to_array()));
+    if mirrored {
+        lines.key(at, "mirrored", "true");
+    }
+    for (key, value) in keys {
+        lines.key(plugin.part(key).map_or(place, |part| &part.place), key, value);
+    }
+    if let Some(shift) = shift(&plugin, &film)? {
+        lines.key(place, "shift", numbers(&shift));
+    }
+    lines.key(&film.place, "width", film.width);
+    lines.key(&film.place, "height", film.height);
+    lines.key(&film.place, "filter", quoted(film.filter));
+    if let Some([x, y, width, height]) = film.crop {
+        lines.key(&film.place, "crop", format!("[{x}, {y}, {width}, {height}]"));
+    }
+    plugin.skip(&["near_clip", "far_clip", "focus_distance", "shutter_open", "shutter_close", "srf", "id"]);
+    for sampler in plugin.tagged("sampler") {
+        context.note(NoteKind::Ignored, &sampler.place, "a `sampler`: samples are asked for when a scene is rendered");
+    }
+    context.mapped(element, &format!("a `{kind}` camera"));
+    plugin.finish(context);
+    Ok(lines)
+}
+
+/// Position, view, up, and whether the image is mirrored.
+fn frame(to_world: &DMat4, place: &Place, context: &mut Context) -> (DVec3, DVec3, DVec3, bool) {
+    let axes = DMat3::from_mat4(*to_world);
+    if !super::transform::is_similarity(to_world, 1e-4) {
+        context.approximate(place, "the transform of a sensor stretches or shears it, which is left out");
+    }
+    (to_world.w_axis.truncate(), axes.z_axis.normalize(), axes.y_axis.normalize(), axes.determinant() < 0.0)
+}
+
+/// The field of view along the shorter side \[degrees\].
+fn fov(plugin: &Plugin, film: &Film) -> Result<f64, SceneError> {
+    let (width, height) = (f64::from(film.width), f64::from(film.height));
+    let diagonal = width.hypot(height);
+    let (half, along) = match (plugin.float("fov")?, plugin.text("focal_length")?) {
+        (None, focal) => {
+            // Of a film of 36 by 24 mm, along its diagonal.
+            let focal = focal.unwrap_or("50mm");
+            let millimetres =
+                super::plugin::finite(focal.trim().trim_end_matches("mm"), "focal_length", plugin.place())?;
+            ((0.5 * 36.0f64.hypot(24.0)) / millimetres, diagonal)
+        }
+        (Some(fov), _) => {
+            let along = match plugin.text("fov_axis")?.unwrap_or("x") {
+                "x" => width,
+                "y" => height,
+                "diagonal" => diagonal,
+                "smaller" => width.min(height),
+                "larger" => width.max(height),
+                other => {
+                    let mend = "write `x`, `y`, `diagonal`, `smaller` or `larger`";
+                    return Err(plugin.place().error(format!("the `fov_axis` is `{other}`"), mend));
+                }
+            };
+            if !(fov > 0.0 && fov < 180.0) {
+                let message = format!("the field of view is {fov} degrees");
+                return Err(plugin.place().error(message, "give one above 0 and below 180"));
+            }
+            ((0.5 * fov.to_radians()).tan(), along)
+        }
+    };
+    let shorter = width.min(height);
+    // What is said along the shorter side is kept to the digit.
+    match plugin.float("fov")? {
+        Some(fov) if along == shorter => Ok(fov),
+        _ => Ok((2.0 * (half * shorter / along).atan()).to_degrees()),
+    }
+}
+
+/// How far the window of the film is moved to the right and up, in widths and heights of the image.
+fn shift(plugin: &Plugin, film: &Film) -> Result<Option<[f64; 2]>, SceneError> {
+    let (x, y) = (plugin.float_or("principal_point_offset_x", 0.0)?, plugin.float_or("principal_point_offset_y", 0.0)?);
+    if x == 0.0 && y == 0.0 {
+        return Ok(None);
+    }
+    // Mitsuba measures in widths and heights of what is rendered, downwards.
+    let [.., width, height] = film.crop.unwrap_or([0, 0, film.width, film.height]);
+    Ok(Some([x * f64::from(width) / f64::from(film.width), -y * f64::from(height) / f64::from(film.height)]))
+}
+
+fn film<'a>(sensor: &Plugin<'a>, context: &mut Context<'a>) -> Result<Film, SceneError> {
+    let usual = |place: &Place| Film { width: 768, height: 576, crop: None, filter: "gaussian", place: place.clone() };
+    let Some(element) = sensor.tagged("film").first().copied() else { return Ok(usual(sensor.place())) };
+    let plugin = Plugin::new(element, context)?;
+    let mut film = usual(plugin.place());
+    let side = |name: &str, otherwise: u32, least: u32| match plugin.integer(name)? {
+        None => Ok(otherwise),
+        Some(pixels) => u32::try_from(pixels).ok().filter(|&pixels| pixels >= least).ok_or_else(|| {
+            plugin.place().error(format!("the film's `{name}` is {pixels}"), format!("give {least} or more"))
+        }),
+    };
+    (film.width, film.height) = (side("width", film.width, 1)?, side("height", film.height, 1)?);
+    let (x, y) = (side("crop_offset_x", 0, 0)?, side("crop_offset_y", 0, 0)?);
+    let (width, height) =
+        (side("crop_width", film.width.saturating_sub(x), 1)?, side("crop_height", film.height.saturating_sub(y), 1)?);
+    let whole = [0, 0, film.width, film.height];
+    let inside = x.checked_add(width).is_some_and(|end| end <= film.width)
+        && y.checked_add(height).is_some_and(|end| end <= film.height);
+    if !inside || width == 0 || height == 0 {
+        let message = format!("the crop of {width}x{height} pixels at {x}, {y} is not within the film");
+        return Err(plugin.place().error(message, format!("keep it within {}x{} pixels", film.width, film.height)));
+    }
+    film.crop = Some([x, y, width, height]).filter(|crop| *crop != whole);
+    if let Some(filter) = plugin.tagged("rfilter").first() {
+        film.filter = filter_of(filter, context)?;
+    } else {
+        context.approximate(plugin.place(), "the `gaussian` filter ends at 1.5 pixels, Mitsuba's at 2");
+    }
+    context.note(NoteKind::Mapped, plugin.place(), format!("`film {}` becomes the size of the image", plugin.kind()));
+    plugin.skip(&["file_format", "pixel_format", "component_format", "sample_border", "banner", "compensate", "id"]);
+    plugin.finish(context);
+    Ok(film)
+}
+
+/// Our filter that is a reconstruction filter of theirs.
+fn filter_of<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<&'static str, SceneError> {
+    let plugin = Plugin::new(element, context)?;
+    let (filter, difference) = match plugin.kind() {
+        "box" => ("box", None),
+        "tent" => match plugin.float_or("radius", 1.0)? {
+            1.0 => ("triangle", None),
+            _ => ("triangle", Some("a `tent` filter of another radius than 1 has that")),
+        },
+        "gaussian" if plugin.float_or("stddev", 0.5)? == 0.5 => {
+            ("gaussian", Some("the `gaussian` filter ends at 1.5 pixels, Mitsuba's at 2"))
+        }
+        "gaussian" => ("gaussian", Some("a `gaussian` filter of another `stddev` than 0.5 has that")),
+        "mitchell" => match (plugin.float_or("A", 1.0 / 3.0)?, plugin.float_or("B", 1.0 / 3.0)?) {
+            (a, b) if (a - 1.0 / 3.0).abs() < 1e-3 && (b - 1.0 / 3.0).abs() < 1e-3 => ("mitchell", None),
+            _ => ("mitchell", Some("a `mitchell` filter of other parameters than 1/3 has those")),
+        },
+        "catmullrom" => ("mitchell", Some("the filter `catmullrom` is taken as `mitchell`")),
+        "lanczos" => ("mitchell", Some("the filter `lanczos` is taken as `mitchell`")),
+        _ => ("gaussian", Some("a filter that is not known is taken as `gaussian`")),
+    };
+    if let Some(difference) = difference {
+        context.approximate(plugin.place(), difference);
+    }
+    plugin.finish(context);
+    Ok(filter)
+}

@@ -1,0 +1,324 @@
+//! Shapes.
+
+use std::path::Path;
+
+use glam::{DMat3, DMat4, DVec3};
+
+use super::context::Context;
+use super::plugin::Plugin;
+use super::spectrum::Quantity;
+use super::transform::{is_similarity, steps};
+use super::xml::Element;
+use super::{material, mesh, serialized, texture};
+use crate::builder::MeshData;
+use crate::error::SceneError;
+use crate::import::obj::Model;
+use crate::import::translation::{Lines, NoteKind, number, numbers, quoted};
+
+/// How many shapes groups may be written out to, all instances together.
+const MOST_COPIES: usize = 100_000;
+/// From how many on copies are told of.
+const MANY_COPIES: usize = 100;
+
+/// A shape's geometry as it will be written.
+struct Form {
+    kind: &'static str,
+    keys: Vec<(&'static str, String)>,
+    transforms: Vec<DMat4>,
+    /// Whether v of its texture coordinates is Mitsuba's turned over.
+    turned: bool,
+    /// Whether its front is the other side than Mitsuba's.
+    other_side: bool,
+}
+
+impl Form {
+    fn new(kind: &'static str, keys: Vec<(&'static str, String)>, transforms: &[DMat4]) -> Self {
+        Self { kind, keys, transforms: transforms.to_vec(), turned: false, other_side: false }
+    }
+}
+
+/// Writes a shape; `outer` are the transforms of the instances that it is within.
+pub fn write<'a>(element: &'a Element, outer: &[DMat4], context: &mut Context<'a>) -> Result<(), SceneError> {
+    context.enter(element)?;
+    write_one(element, outer, context)?;
+    context.leave();
+    Ok(())
+}
+
+fn write_one<'a>(element: &'a Element, outer: &[DMat4], context: &mut Context<'a>) -> Result<(), SceneError> {
+    let plugin = Plugin::new(element, context)?;
+    match plugin.kind() {
+        "shapegroup" => {
+            // It is seen where it is instanced.
+            return Ok(());
+        }
+        "instance" => return instance(&plugin, outer, context),
+        "merge" => {
+            for shape in plugin.tagged("shape") {
+                write(shape, outer, context)?;
+            }
+            plugin.finish(context);
+            return Ok(());
+        }
+        _ => {}
+    }
+    let to_world = plugin.transform("to_world", context)?;
+    let transforms: Vec<DMat4> = std::iter::once(to_world).chain(outer.iter().copied()).collect();
+    let flipped = plugin.boolean("flip_normals")?.unwrap_or(false);
+    let Some(form) = form(&plugin, &transforms, context)? else { return Ok(()) };
+    context.mapped(element, &format!("`{}`", form.kind));
+    let material = match plugin.tagged("bsdf").first() {
+        Some(bsdf) => material::named(bsdf, form.turned, context)?,
+        None => material::usual(&element.place, context),
+    };
+    let emission = match plugin.tagged("emitter").first() {
+        Some(emitter) => radiance(emitter, form.turned, context)?,
+        None => None,
+    };
+    plugin.skip(&["id"]);
+    plugin.finish(context);
+    let mut lines = Lines::default();
+    let place = &element.place;
+    lines.table(place, "[[shapes]]");
+    lines.key(place, "type", quoted(form.kind));
+    for (key, value) in &form.keys {
+        lines.key(place, key, value);
+    }
+    lines.key(place, "material", quoted(&material));
+    if let Some((emission, emitter)) = emission {
+        lines.key(&emitter.place, "emission", emission);
+    }
+    if flipped != form.other_side {
+        lines.key(place, "flip", "true");
+    }
+    if let Some(steps) = steps(&form.transforms) {
+        let place = plugin.part("to_world").map_or(place, |part| &part.place);
+        lines.key(place, "transform", steps);
+    }
+    context.shapes.append(lines);
+    Ok(())
+}
+
+/// What a shape emits, as TOML, and its element.
+fn radiance<'a>(
+    emitter: &'a Element,
+    turned: bool,
+    context: &mut Context<'a>,
+) -> Result<Option<(String, &'a Element)>, SceneError> {
+    let plugin = Plugin::new(emitter, context)?;
+    if plugin.kind() != "area" {
+        context.approximate(plugin.place(), format!("{} of a shape is left out", emitter.title()));
+        return Ok(None);
+    }
+    // Older files call it intensity.
+    let name = if plugin.part("radiance").is_some() { "radiance" } else { "intensity" };
+    let radiance = match plugin.part(name) {
+        Some(part) => texture::read(part, Quantity::Emission, context)?,
+        None => texture::Texture::grey(1.0),
+    };
+    plugin.skip(&["sampling_weight", "id"]);
+    plugin.finish(context);
+    if radiance.constant() == Some([0.0; 3]) {
+        context.note(NoteKind::Ignored, plugin.place(), "an emitter of radiance 0");
+        return Ok(None);
+    }
+    context.mapped(emitter, "`emission`");
+    Ok(Some((radiance.toml(turned), emitter)))
+}
+
+/// A group of shapes, once more.
+fn instance<'a>(plugin: &Plugin<'a>, outer: &[DMat4], context: &mut Context<'a>) -> Result<(), SceneError> {
+    let to_world = plugin.transform("to_world", context)?;
+    let group = plugin.tagged("shape").into_iter().find(|shape| shape.kind() == "shapegroup");
+    let Some(group) = group else {
+        return Err(plugin.place().error("`shape instance` refers to no `shapegroup`", "add `<ref id=\"…\"/>`"));
+    };
+    let outer: Vec<DMat4> = std::iter::once(to_world).chain(outer.iter().copied()).collect();
+    context.mapped(plugin.element, "copies of its group's shapes");
+    for shape in Plugin::new(group, context)?.tagged("shape") {
+        context.copies += 1;
+        if context.copies > MOST_COPIES {
+            let message = format!("instances would be written out to more than {MOST_COPIES} shapes");
+            return Err(plugin.place().error(message, "use fewer instances"));
+        }
+        if context.copies == MANY_COPIES {
+            let text = format!("instances are written out as copies, {MANY_COPIES} shapes and more");
+            context.note(NoteKind::Mapped, plugin.place(), text);
+        }
+        write(shape, &outer, context)?;
+    }
+    plugin.skip(&["id"]);
+    plugin.finish(context);
+    Ok(())
+}
+
+/// What becomes of a shape; `None`, and a note, where that is nothing.
+fn form<'a>(plugin: &Plugin<'a>, transforms: &[DMat4], context: &mut Context<'a>) -> Result<Option<Form>, SceneError> {
+    let whole = transforms.iter().fold(DMat4::IDENTITY, |whole, map| *map * whole);
+    let text = |vector: [f64; 3]| numbers(&vector);
+    Ok(Some(match plugin.kind() {
+        "rectangle" => {
+            let keys = [("origin", [-1.0, -1.0, 0.0]), ("edge_u", [2.0, 0.0, 0.0]), ("edge_v", [0.0, 2.0, 0.0])];
+            Form::new("quad", keys.map(|(key, vector)| (key, text(vector))).to_vec(), transforms)
+        }
+        "disk" => {
+            let keys = [("center", [0.0; 3]), ("edge_u", [1.0, 0.0, 0.0]), ("edge_v", [0.0, 1.0, 0.0])];
+            Form::new("disk", keys.map(|(key, vector)| (key, text(vector))).to_vec(), transforms)
+        }
+        "cube" => Form::new("mesh", mesh::cube().to_vec(), transforms),
+        "sphere" => sphere(plugin, transforms, &whole, context)?,
+        "cylinder" => cylinder(plugin, transforms, &whole, context)?,
+        "obj" | "ply" | "serialized" => return mesh_file(plugin, transforms, &whole, context),
+        kind => {
+            context.approximate(plugin.place(), format!("a shape `{kind}` is not known, and is left out"));
+            return Ok(None);
+        }
+    }))
+}
+
+fn radius_of(plugin: &Plugin) -> Result<f64, SceneError> {
+    let radius = plugin.float_or("radius", 1.0)?;
+    if radius <= 0.0 {
+        return Err(plugin.place().error(format!("the radius is {radius}"), "give one above 0"));
+    }
+    Ok(radius)
+}
+
+fn sphere<'a>(
+    plugin: &Plugin<'a>,
+    transforms: &[DMat4],
+    whole: &DMat4,
+    context: &mut Context<'a>,
+) -> Result<Form, SceneError> {
+    let center = plugin.vector("center")?.unwrap_or_default();
+    let radius = radius_of(plugin)?;
+    let keys = |center: DVec3, radius: f64| vec![("center", numbers(&center.to_array())), ("radius", number(radius))];
+    if is_similarity(whole, 1e-9) {
+        return Ok(Form { turned: true, ..Form::new("sphere", keys(center, radius), transforms) });
+    }
+    // The matrices of exporters have six digits.
+    if is_similarity(whole, 1e-4) {
+        context.approximate(
+            plugin.place(),
+            "a transform that scales a sphere unevenly by less than 0.0001 is taken as even",
+        );
+        let scale = DMat3::from_mat4(*whole).determinant().abs().cbrt();
+        return Ok(Form {
+            turned: true,
+            ..Form::new("sphere", keys(whole.transform_point3(center), radius * scale), &[])
+        });
+    }
+    context.approximate(plugin.place(), "a sphere that its transform stretches becomes a mesh");
+    let file = context.attach(mesh::obj(&mesh::sphere(center, radius)));
+    Ok(Form::new("mesh", vec![("file", quoted(&file))], transforms))
+}
+
+fn cylinder<'a>(
+    plugin: &Plugin<'a>,
+    transforms: &[DMat4],
+    whole: &DMat4,
+    context: &mut Context<'a>,
+) -> Result<Form, SceneError> {
+    let from = plugin.vector("p0")?.unwrap_or_default();
+    let to = plugin.vector("p1")?.unwrap_or(DVec3::Z);
+    let radius = radius_of(plugin)?;
+    if is_similarity(whole, 1e-9) {
+        let ends = [("from", from), ("to", to)].map(|(key, p)| (key, numbers(&p.to_array())));
+        let keys = ends.into_iter().chain([("radius", number(radius))]).collect();
+        return Ok(Form::new("cylinder", keys, transforms));
+    }
+    context.approximate(plugin.place(), "a cylinder that its transform stretches becomes a mesh");
+    let file = context.attach(mesh::obj(&mesh::tube(from, to, radius)));
+    Ok(Form::new("mesh", vec![("file", quoted(&file))], transforms))
+}
+
+/// A mesh of a file: the file itself if it can be, and what its loader makes of it otherwise.
+fn mesh_file<'a>(
+    plugin: &Plugin<'a>,
+    transforms: &[DMat4],
+    whole: &DMat4,
+    context: &mut Context<'a>,
+) -> Result<Option<Form>, SceneError> {
+    let Some(name) = plugin.text("filename")? else {
+        return Err(plugin.place().error(format!("{} has no `filename`", plugin.element.title()), "name a file"));
+    };
+    let flat = plugin.boolean("face_normals")?.unwrap_or(false);
+    let is_obj = plugin.kind() == "obj";
+    let index = plugin.integer("shape_index")?.unwrap_or(0);
+    if plugin.float("max_smooth_angle")?.is_some() {
+        context.approximate(plugin.place(), "a `max_smooth_angle` is left out: normals are smooth everywhere");
+    }
+    let turned = plugin.boolean("flip_tex_coords")?.unwrap_or(is_obj);
+    plugin.skip(&["shape_name"]);
+    let Some(path) = context.find(name, plugin.place()) else {
+        // It is told of with the others that are missing.
+        return Ok(Some(Form { turned, ..Form::new("mesh", vec![("file", quoted(name))], transforms) }));
+    };
+    let mirrored = DMat3::from_mat4(*whole).determinant() < 0.0;
+    let form = |file: &str, has_normals: bool| Form {
+        turned,
+        // A mesh without normals has its front where its corners turn, after the transform.
+        other_side: mirrored && !has_normals,
+        ..Form::new("mesh", vec![("file", quoted(file))], transforms)
+    };
+    if plugin.kind() == "ply" {
+        return Ok(Some(ply(plugin, &path, flat, form, context)?));
+    }
+    let (data, has_normals, of_faces) = if is_obj {
+        let groups: Vec<MeshData> = Model::open(&path)?.groups.into_iter().map(|group| group.mesh).collect();
+        let has_normals = groups.iter().any(|mesh| !mesh.normals.is_empty());
+        (groups, has_normals, flat)
+    } else {
+        let bytes = std::fs::read(&path)
+            .map_err(|error| SceneError::unreadable(&path, error, "name a file that can be read"))?;
+        let index = usize::try_from(index)
+            .map_err(|_| plugin.place().error("the `shape_index` is negative", "count from 0"))?;
+        let found = serialized::read(&path, &bytes, index)?;
+        let has_normals = !found.mesh.normals.is_empty();
+        (vec![found.mesh], has_normals, flat || found.face_normals)
+    };
+    let mut data = mesh::joined(data);
+    let smoothed = if has_normals || of_faces { None } else { mesh::smooth_normals(&data, whole) };
+    if is_obj && smoothed.is_none() && !(has_normals && of_faces) {
+        return Ok(Some(form(&context.named_from_base(&path), has_normals)));
+    }
+    if of_faces {
+        data.normals.clear();
+    }
+    if let Some(normals) = smoothed {
+        context.note(
+            NoteKind::Mapped,
+            plugin.place(),
+            "a mesh without normals gets those of Mitsuba, smooth between its faces",
+        );
+        data.normals = normals;
+    }
+    let file = context.attach(mesh::obj(&data));
+    Ok(Some(form(&file, has_normals && !of_faces)))
+}
+
+/// A PLY file, named as it is.
+fn ply<'a>(
+    plugin: &Plugin<'a>,
+    path: &Path,
+    flat: bool,
+    form: impl Fn(&str, bool) -> Form,
+    context: &mut Context<'a>,
+) -> Result<Form, SceneError> {
+    let bytes =
+        std::fs::read(path).map_err(|error| SceneError::unreadable(path, error, "name a file that can be read"))?;
+    let end = bytes.windows(10).position(|window| window == b"end_header").unwrap_or(bytes.len().min(65_536));
+    let header = String::from_utf8_lossy(&bytes[..end]);
+    let has_normals = header.lines().any(|line| line.starts_with("property") && line.trim_end().ends_with(" nx"));
+    match (has_normals, flat) {
+        (true, true) => {
+            context.approximate(plugin.place(), "`face_normals` of a `ply` are left out: the file's own hold")
+        }
+        (false, false) => {
+            context
+                .approximate(plugin.place(), "a `ply` without normals is flat between its edges; Mitsuba smooths it");
+        }
+        _ => {}
+    }
+    Ok(form(&context.named_from_base(path), has_normals))
+}

@@ -1,0 +1,315 @@
+//! Every construct: what it becomes, and that scene files may say so.
+
+mod hostile;
+mod materials;
+mod real;
+
+use std::path::Path;
+
+use tempfile::TempDir;
+
+use super::translate;
+use crate::import::translation::{NoteKind, Translation};
+use crate::needs::Skip;
+
+const SENSOR: &str = "<sensor type=\"perspective\"><float name=\"fov\" value=\"40\"/><film type=\"hdrfilm\">\
+     <integer name=\"width\" value=\"16\"/><integer name=\"height\" value=\"12\"/><rfilter type=\"box\"/></film>\
+     <transform name=\"to_world\"><lookat origin=\"0,0,4\" target=\"0,0,0\" up=\"0,1,0\"/></transform></sensor>";
+
+fn folder(files: &[(&str, &str)]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in files {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    folder
+}
+
+fn open(folder: &TempDir) -> Result<Translation, String> {
+    translate(&folder.path().join("a.xml"), folder.path(), "a").map_err(|error| error.to_string())
+}
+
+/// The translation of a scene of version 3 that holds this and a sensor.
+fn made_of(body: &str) -> Translation {
+    made_by("3.0.0", body, &[])
+}
+
+fn made_by(version: &str, body: &str, files: &[(&str, &str)]) -> Translation {
+    let text = format!("<scene version=\"{version}\">{SENSOR}\n{body}</scene>");
+    let folder = folder(&[&[("a.xml", text.as_str())], files].concat());
+    open(&folder).unwrap()
+}
+
+/// The error of a scene that holds this, on its second line, and a sensor.
+fn fault(body: &str) -> String {
+    let folder = folder(&[("a.xml", &format!("<scene version=\"3.0.0\">{SENSOR}\n{body}</scene>"))]);
+    let error = open(&folder).expect_err(body);
+    error.replace(&format!("{}/", folder.path().display()), "")
+}
+
+fn notes(translation: &Translation, kind: NoteKind) -> Vec<String> {
+    translation.notes.iter().filter(|note| note.kind == kind).map(|note| note.text.clone()).collect()
+}
+
+#[test]
+fn shapes() {
+    let matrix = "<transform name=\"to_world\"><scale x=\"2\"/><translate z=\"3\"/></transform>";
+    let step = "{ matrix = [2.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 3.0, 0.0, 0.0, 0.0, 1.0] }";
+    let shape = |text: &str| {
+        let translation = made_of(text);
+        let at = translation.text.find("[[shapes]]").unwrap();
+        (translation.text[at..].trim().to_string(), translation)
+    };
+    let tail = format!("material = \"default\"\ntransform = [{step}]");
+    let (text, _) = shape(&format!("<shape type=\"rectangle\">{matrix}</shape>"));
+    let quad = "origin = [-1.0, -1.0, 0.0]\nedge_u = [2.0, 0.0, 0.0]\nedge_v = [0.0, 2.0, 0.0]";
+    assert_eq!(text, format!("[[shapes]]\ntype = \"quad\"\n{quad}\n{tail}"));
+    let (text, _) = shape(&format!("<shape type=\"disk\">{matrix}</shape>"));
+    let disk = "center = [0.0, 0.0, 0.0]\nedge_u = [1.0, 0.0, 0.0]\nedge_v = [0.0, 1.0, 0.0]";
+    assert_eq!(text, format!("[[shapes]]\ntype = \"disk\"\n{disk}\n{tail}"));
+    let (text, _) = shape(
+        "<shape type=\"sphere\"><point name=\"center\" x=\"1\"/><float name=\"radius\" value=\"2\"/>\
+                           <boolean name=\"flip_normals\" value=\"true\"/></shape>",
+    );
+    let ball = "center = [1.0, 0.0, 0.0]\nradius = 2.0\nmaterial = \"default\"\nflip = true";
+    assert_eq!(text, format!("[[shapes]]\ntype = \"sphere\"\n{ball}"));
+    let (text, _) = shape("<shape type=\"cylinder\"><point name=\"p1\" value=\"0, 2, 0\"/></shape>");
+    let tube = "from = [0.0, 0.0, 0.0]\nto = [0.0, 2.0, 0.0]\nradius = 1.0\nmaterial = \"default\"";
+    assert_eq!(text, format!("[[shapes]]\ntype = \"cylinder\"\n{tube}"));
+    let (text, translation) = shape(&format!("<shape type=\"sphere\">{matrix}</shape>"));
+    assert!(text.contains("file = \"a_mesh001.obj\""));
+    assert_eq!(translation.attachments.len(), 1);
+    translation.read("a", Path::new("."), None).unwrap().build(Skip::Unneeded).unwrap();
+    let (text, translation) = shape("<shape type=\"hair\"/><shape type=\"cube\"/>");
+    assert!(text.starts_with("[[shapes]]\ntype = \"mesh\"\nvertices = ["), "{text}");
+    assert!(notes(&translation, NoteKind::Approximated)[0].contains("`hair` is not known"));
+    let scene = translation.read("a", Path::new("."), None).unwrap().build(Skip::Unneeded).unwrap();
+    assert_eq!(scene.counts().triangles, 12);
+}
+
+#[test]
+fn instances_are_copies_with_both_transforms() {
+    let group = "<shape type=\"shapegroup\" id=\"g\"><shape type=\"sphere\"/><shape type=\"rectangle\">\
+                 <transform name=\"to_world\"><translate x=\"1\"/></transform></shape></shape>";
+    let instance =
+        "<shape type=\"instance\"><ref id=\"g\"/><transform name=\"to_world\"><translate y=\"5\"/></transform></shape>";
+    let translation = made_of(&format!("{group}{instance}{instance}"));
+    assert_eq!(translation.text.matches("[[shapes]]").count(), 4);
+    assert_eq!(translation.text.matches("{ matrix").count(), 6);
+    let scene = translation.read("a", Path::new("."), None).unwrap().build(Skip::Unneeded).unwrap();
+    assert_eq!((scene.counts().spheres, scene.counts().triangles), (2, 4));
+}
+
+#[test]
+fn emitters() {
+    let emitter = |text: &str| {
+        let translation = made_of(&format!("<shape type=\"sphere\"/>{text}"));
+        let at = translation.text.find("[[emitters]]").unwrap();
+        translation.text[at..].trim().replace("[[emitters]]\n", "")
+    };
+    let at = "<transform name=\"to_world\"><lookat origin=\"0,2,0\" target=\"0,0,0\" up=\"0,0,1\"/></transform>";
+    assert_eq!(
+        emitter(&format!("<emitter type=\"point\"><rgb name=\"intensity\" value=\"1 2 3\"/>{at}</emitter>")),
+        "type = \"point\"\nposition = [0.0, 2.0, 0.0]\nintensity = [1.0, 2.0, 3.0]"
+    );
+    let spot = format!("<emitter type=\"spot\"><rgb name=\"intensity\" value=\"4\"/>{at}</emitter>");
+    assert_eq!(
+        emitter(&spot),
+        "type = \"spot\"\nposition = [0.0, 2.0, 0.0]\ntarget = [0.0, 1.0, 0.0]\nintensity = 4.0\ncutoff = 20.0\nbeam = 15.0"
+    );
+    let sun = "<emitter type=\"directional\"><vector name=\"direction\" x=\"0\" y=\"-2\" z=\"0\"/>\
+               <rgb name=\"irradiance\" value=\"7\"/></emitter>";
+    assert_eq!(emitter(sun), "type = \"directional\"\ndirection = [0.0, -1.0, 0.0]\nirradiance = 7.0");
+    // White of equal energy.
+    let sky = emitter("<emitter type=\"constant\"><spectrum name=\"radiance\" value=\"2\"/></emitter>");
+    let table: toml::Table = sky.parse().unwrap();
+    let radiance: Vec<f64> =
+        table["radiance"].as_array().unwrap().iter().map(|c| c.as_float().unwrap() / 2.0).collect();
+    assert!(radiance.iter().zip([1.205, 0.948, 0.909]).all(|(a, b)| (a - b).abs() < 1e-3), "{radiance:?}");
+    let old = "<shape type=\"sphere\"/><emitter type=\"constant\"><spectrum name=\"radiance\" value=\"2\"/></emitter>";
+    assert!(made_by("2.0.0", old, &[]).text.ends_with("radiance = 2.0\n"));
+    let map = "<shape type=\"sphere\"/><emitter type=\"envmap\"><string name=\"filename\" value=\"sky.exr\"/>\
+               <float name=\"scale\" value=\"3\"/></emitter>";
+    let text = made_by("3.0.0", map, &[("sky.exr", "")]).text;
+    assert!(text.ends_with("type = \"environment\"\nimage = \"sky.exr\"\nscale = 3.0\n"), "{text}");
+    let area = "<shape type=\"sphere\"><emitter type=\"area\"><rgb name=\"radiance\" value=\"5\"/></emitter></shape>";
+    assert!(made_of(area).text.ends_with("material = \"default\"\nemission = 5.0\n"));
+    let none = made_of("<shape type=\"sphere\"/><emitter type=\"sunsky\"/>");
+    assert!(notes(&none, NoteKind::Approximated)[0].contains("`sunsky` is not known"));
+}
+
+/// The camera's table of a scene with this sensor.
+fn camera(sensor: &str) -> toml::Table {
+    let text = format!("<scene version=\"3.0.0\">{sensor}<shape type=\"sphere\"/></scene>");
+    let folder = folder(&[("a.xml", text.as_str())]);
+    let table: toml::Table = open(&folder).unwrap().text.parse().unwrap();
+    table["camera"].as_table().unwrap().clone()
+}
+
+fn film(width: u32, height: u32, more: &str) -> String {
+    format!(
+        "<film type=\"hdrfilm\"><integer name=\"width\" value=\"{width}\"/><integer name=\"height\" value=\"{height}\"/>\
+         {more}</film>"
+    )
+}
+
+#[test]
+fn sensors_look_along_their_z_with_x_to_the_left() {
+    let seen = |to_world: &str| {
+        let to_world = format!("<transform name=\"to_world\">{to_world}</transform>");
+        camera(&format!("<sensor type=\"perspective\"><float name=\"fov\" value=\"40\"/>{to_world}</sensor>"))
+    };
+    let vector = |table: &toml::Table, key: &str| -> Vec<f64> {
+        table[key].as_array().unwrap().iter().map(|x| x.as_float().unwrap()).collect()
+    };
+    // The Cornell box's: at z = 6.8, towards −z.
+    let plain = seen("<matrix value=\"-1 0 0 0 0 1 0 1 0 0 -1 6.8 0 0 0 1\"/>");
+    assert_eq!(vector(&plain, "position"), [0.0, 1.0, 6.8]);
+    assert_eq!((vector(&plain, "target"), vector(&plain, "up")), (vec![0.0, 1.0, 5.8], vec![0.0, 1.0, 0.0]));
+    assert!(!plain.contains_key("mirrored"));
+    let look = seen("<lookat origin=\"0,1,6.8\" target=\"0,1,0\" up=\"0,1,0\"/>");
+    assert_eq!(look, plain);
+    let mirrored = seen("<scale x=\"-1\"/><lookat origin=\"0,1,6.8\" target=\"0,1,0\" up=\"0,1,0\"/>");
+    assert_eq!(mirrored["mirrored"].as_bool(), Some(true));
+}
+
+#[test]
+fn fields_of_view_lie_along_the_shorter_side() {
+    let fov = |axis: &str, width: u32, height: u32| {
+        let axis = format!("<string name=\"fov_axis\" value=\"{axis}\"/><float name=\"fov\" value=\"60\"/>");
+        let table = camera(&format!("<sensor type=\"perspective\">{axis}{}</sensor>", film(width, height, "")));
+        table["fov"].as_float().unwrap()
+    };
+    assert_eq!((fov("x", 100, 200), fov("smaller", 200, 100), fov("y", 200, 100)), (60.0, 60.0, 60.0));
+    let half = |fov: f64| (0.5 * fov.to_radians()).tan();
+    assert!((half(fov("x", 200, 100)) - half(60.0) / 2.0).abs() < 1e-12);
+    assert!((half(fov("larger", 200, 100)) - half(60.0) / 2.0).abs() < 1e-12);
+    assert!((half(fov("diagonal", 400, 300)) - half(60.0) * 0.6).abs() < 1e-12);
+    let focal = camera(&format!("<sensor type=\"perspective\">{}</sensor>", film(360, 240, "")));
+    assert!((half(focal["fov"].as_float().unwrap()) - 12.0 / 50.0).abs() < 1e-12);
+}
+
+#[test]
+fn lenses_crops_shifts_and_filters() {
+    let crop = "<integer name=\"crop_offset_x\" value=\"10\"/><integer name=\"crop_width\" value=\"20\"/>\
+                <integer name=\"crop_height\" value=\"25\"/><rfilter type=\"tent\"/>";
+    let lens = format!(
+        "<sensor type=\"thinlens\"><float name=\"fov\" value=\"40\"/><float name=\"aperture_radius\" value=\"0.1\"/>\
+         <float name=\"focus_distance\" value=\"3\"/><float name=\"principal_point_offset_x\" value=\"0.5\"/>\
+         <float name=\"principal_point_offset_y\" value=\"0.5\"/>{}</sensor>",
+        film(40, 50, crop)
+    );
+    let table = camera(&lens);
+    assert_eq!((table["type"].as_str(), table["lens_radius"].as_float()), (Some("thin_lens"), Some(0.1)));
+    assert_eq!((table["focus_distance"].as_float(), table["filter"].as_str()), (Some(3.0), Some("triangle")));
+    let whole: Vec<i64> = table["crop"].as_array().unwrap().iter().map(|x| x.as_integer().unwrap()).collect();
+    assert_eq!(whole, [10, 0, 20, 25]);
+    // Half of the crop's width and height, to the right and down.
+    let shift: Vec<f64> = table["shift"].as_array().unwrap().iter().map(|x| x.as_float().unwrap()).collect();
+    assert_eq!(shift, [0.25, -0.25]);
+    let flat = camera(&format!(
+        "<sensor type=\"orthographic\"><transform name=\"to_world\"><scale value=\"3\"/></transform>{}</sensor>",
+        film(200, 100, "")
+    ));
+    assert_eq!((flat["type"].as_str(), flat["extent"].as_float()), (Some("orthographic"), Some(3.0)));
+}
+
+#[test]
+fn the_series_is_as_long_as_the_integrator_has_it() {
+    let series = |integrator: &str| {
+        let text = made_of(&format!("{integrator}<shape type=\"sphere\"/>")).text;
+        let table: toml::Table = text.parse().unwrap();
+        (table.get("max_order").and_then(|k| k.as_integer()), table.get("tail").and_then(|tail| tail.as_bool()))
+    };
+    let path =
+        |depth: &str| format!("<integrator type=\"path\"><integer name=\"max_depth\" value=\"{depth}\"/></integrator>");
+    assert_eq!(series(&path("6")), (Some(5), None));
+    assert_eq!(series(&path("1")), (Some(0), None));
+    assert_eq!(series(&path("-1")), (None, Some(true)));
+    assert_eq!(series(&path("65")), (None, Some(true)));
+    assert_eq!(series("<integrator type=\"direct\"/>"), (Some(1), None));
+    assert_eq!(series("<integrator type=\"my_own\"/>"), (None, Some(true)));
+    assert_eq!(series(&format!("<integrator type=\"aov\">{}</integrator>", path("3"))), (Some(2), None));
+}
+
+#[test]
+fn defaults_includes_references_and_aliases() {
+    let main = format!(
+        "<scene version=\"3.0.0\"><default name=\"r\" value=\"2\"/><default name=\"radius\" value=\"3\"/>\
+         <default name=\"r\" value=\"9\"/>{SENSOR}<include filename=\"sub/parts.xml\"/><alias id=\"m\" as=\"n\"/>\
+         <shape type=\"sphere\"><float name=\"radius\" value=\"$radius\"/><ref id=\"n\"/></shape>\
+         <shape type=\"sphere\"><float name=\"radius\" value=\"$r.5\"/><ref name=\"bsdf\" id=\"m\"/></shape></scene>"
+    );
+    let folder = folder(&[("a.xml", &main)]);
+    std::fs::create_dir(folder.path().join("sub")).unwrap();
+    let parts = "<scene version=\"0.6.0\"><bsdf type=\"diffuse\" id=\"m\"><texture name=\"reflectance\" type=\"bitmap\">\
+                 <string name=\"filename\" value=\"wood.png\"/><string name=\"wrapMode\" value=\"clamp\"/></texture></bsdf></scene>";
+    std::fs::write(folder.path().join("sub/parts.xml"), parts).unwrap();
+    std::fs::write(folder.path().join("sub/wood.png"), "").unwrap();
+    let text = open(&folder).unwrap().text;
+    assert!(text.contains("albedo = { image = \"sub/wood.png\", encoding = \"srgb\", wrap = \"clamp\" }"), "{text}");
+    assert!(
+        text.contains("radius = 3.0\nmaterial = \"m\"") && text.contains("radius = 2.5\nmaterial = \"m\""),
+        "{text}"
+    );
+    assert_eq!(text.matches("[materials.").count(), 1);
+}
+
+#[test]
+fn what_nobody_asked_for_is_told_once() {
+    let odd = "<shape type=\"sphere\"><float name=\"raduis\" value=\"3\"/></shape>";
+    let translation = made_of(&format!("{odd}\n{odd}"));
+    let ignored: Vec<String> = translation
+        .notes
+        .iter()
+        .filter(|note| note.text.contains("raduis"))
+        .map(|note| format!("{}: {} ({})", note.place.line, note.text, note.count))
+        .collect();
+    assert_eq!(ignored, ["2: `raduis` of `shape sphere` (2)"]);
+    let medium = "<shape type=\"sphere\"><medium name=\"interior\" type=\"homogeneous\"/></shape>";
+    assert!(notes(&made_of(medium), NoteKind::Approximated).iter().any(|note| note.contains("`interior`")));
+}
+
+#[test]
+fn meshes_without_normals_are_smooth_where_that_shows() {
+    let flat = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let roof = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 1\nf 1 2 3\nf 2 4 3\n";
+    let files = [("flat.obj", flat), ("roof.obj", roof)];
+    let mesh = |name: &str, more: &str| {
+        let shape = format!("<shape type=\"obj\"><string name=\"filename\" value=\"{name}\"/>{more}</shape>");
+        made_by("3.0.0", &shape, &files)
+    };
+    assert!(mesh("flat.obj", "").attachments.is_empty());
+    assert!(mesh("roof.obj", "<boolean name=\"face_normals\" value=\"true\"/>").attachments.is_empty());
+    let smooth = mesh("roof.obj", "");
+    assert_eq!(smooth.attachments[0].text.matches("vn ").count(), 4);
+    assert!(smooth.text.contains("file = \"a_mesh001.obj\""));
+    smooth.read("a", Path::new("."), None).unwrap().build(Skip::Unneeded).unwrap();
+    // Without normals, the front is where corners turn after the transform.
+    let mirror = "<transform name=\"to_world\"><scale x=\"-1\"/></transform>";
+    assert!(mesh("flat.obj", mirror).text.contains("flip = true"));
+}
+
+#[test]
+fn serialized_meshes_become_files() {
+    let folder = folder(&[]);
+    std::fs::write(folder.path().join("m.serialized"), super::serialized::tests::file()).unwrap();
+    let shape = "<shape type=\"serialized\"><string name=\"filename\" value=\"m.serialized\"/>\
+                 <integer name=\"shape_index\" value=\"1\"/></shape>";
+    std::fs::write(folder.path().join("a.xml"), format!("<scene version=\"3.0.0\">{SENSOR}{shape}</scene>")).unwrap();
+    let translation = open(&folder).unwrap();
+    assert!(translation.attachments[0].text.contains("v 1.0 0.0 5.0"), "{}", translation.attachments[0].text);
+    translation.read("a", folder.path(), None).unwrap().build(Skip::Unneeded).unwrap();
+}
+
+#[test]
+fn an_error_of_the_scene_is_told_of_the_foreign_line() {
+    let folder = folder(&[(
+        "a.xml",
+        &format!(
+            "<scene version=\"3.0.0\">{SENSOR}\n\n<shape type=\"sphere\">\n<bsdf type=\"dielectric\">\n<float name=\"int_ior\" value=\"1000\"/></bsdf></shape></scene>"
+        ),
+    )]);
+    let translation = open(&folder).unwrap();
+    let error = translation.read("a", folder.path(), None).unwrap_err().to_string();
+    assert!(error.contains("a.xml:4: `materials.dielectric_line4.eta` is"), "{error}");
+}

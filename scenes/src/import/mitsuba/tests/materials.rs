@@ -1,0 +1,149 @@
+//! What scattering models become.
+
+use super::*;
+
+/// A ball of this material; its table as it is written.
+fn material(bsdf: &str) -> (String, Vec<String>) {
+    material_by("3.0.0", bsdf)
+}
+
+fn material_by(version: &str, bsdf: &str) -> (String, Vec<String>) {
+    let translation = made_by(version, &format!("<shape type=\"sphere\">{bsdf}</shape>"), &[]);
+    translation.read("a", Path::new("."), None).unwrap().build(Skip::Unneeded).unwrap();
+    let from = translation.text.find("[materials").unwrap();
+    let to = translation.text.find("[[shapes]]").unwrap();
+    (translation.text[from..to].trim().to_string(), notes(&translation, NoteKind::Approximated))
+}
+
+#[track_caller]
+fn check(bsdf: &str, expected: &str, approximations: usize) {
+    let two_sided = format!("<bsdf type=\"twosided\" id=\"m\">{bsdf}</bsdf>");
+    let (text, notes) = material(&two_sided);
+    assert_eq!(text, format!("[materials.m]\n{expected}"), "{notes:?}");
+    assert_eq!(notes.len(), approximations, "{notes:?}");
+}
+
+#[test]
+fn matte_and_mirrors() {
+    check("<bsdf type=\"diffuse\"/>", "type = \"lambert\"\nalbedo = 0.5", 0);
+    let rgb = "<rgb name=\"reflectance\" value=\"0.1, 0.2 0.3\"/>";
+    check(&format!("<bsdf type=\"diffuse\">{rgb}</bsdf>"), "type = \"lambert\"\nalbedo = [0.1, 0.2, 0.3]", 0);
+    let hex = "<rgb name=\"reflectance\" value=\"#ff0000\"/>";
+    check(&format!("<bsdf type=\"diffuse\">{hex}</bsdf>"), "type = \"lambert\"\nalbedo = [1.0, 0.0, 0.0]", 0);
+    check("<bsdf type=\"conductor\"/>", "type = \"mirror\"\nreflectance = 1.0", 0);
+    let gold = "<bsdf type=\"conductor\"><string name=\"material\" value=\"Au\"/></bsdf>";
+    check(gold, "type = \"conductor\"\nmetal = \"gold\"", 1);
+    check("<bsdf type=\"null\"/>", "type = \"null\"", 0);
+    let (text, notes) = material("<bsdf type=\"diffuse\"/>");
+    assert_eq!(text, "[materials.diffuse_line2]\ntype = \"lambert\"\nalbedo = 0.5");
+    assert!(notes[0].contains("without `twosided`"), "{notes:?}");
+}
+
+#[test]
+fn glass_and_metal() {
+    let eta = 1.5046 / 1.000_277;
+    check("<bsdf type=\"dielectric\"/>", &format!("type = \"dielectric\"\neta = {eta:?}"), 0);
+    let water = "<string name=\"int_ior\" value=\"water\"/><float name=\"ext_ior\" value=\"1\"/>";
+    check(&format!("<bsdf type=\"thindielectric\">{water}</bsdf>"), "type = \"thin_glass\"\neta = 1.333", 0);
+    let rough = "<float name=\"alpha\" value=\"0.2\"/><string name=\"distribution\" value=\"ggx\"/>";
+    check(
+        &format!("<bsdf type=\"roughdielectric\">{water}{rough}</bsdf>"),
+        "type = \"rough_dielectric\"\neta = 1.333\ndistribution = \"ggx\"\nalpha = 0.2",
+        1,
+    );
+    let index = "<rgb name=\"eta\" value=\"0.2 0.9 1.1\"/><rgb name=\"k\" value=\"3.9 2.4 2.1\"/>";
+    let metal = "eta = [0.2, 0.9, 1.1]\nk = [3.9, 2.4, 2.1]";
+    let along = "<float name=\"alpha_u\" value=\"0.1\"/><float name=\"alpha_v\" value=\"0.3\"/>";
+    check(
+        &format!("<bsdf type=\"roughconductor\">{index}{along}</bsdf>"),
+        &format!("type = \"rough_conductor\"\ndistribution = \"beckmann\"\nalpha_x = 0.1\nalpha_y = 0.3\n{metal}"),
+        1,
+    );
+}
+
+#[test]
+fn a_grey_factor_is_exact_by_black_patches_and_a_hue_goes_into_the_reflectance() {
+    let metal = |factor: &str| {
+        let index = "<rgb name=\"eta\" value=\"1\"/><rgb name=\"k\" value=\"2\"/>";
+        let factor = format!("<rgb name=\"specular_reflectance\" value=\"{factor}\"/>");
+        material(&format!("<bsdf type=\"twosided\" id=\"m\"><bsdf type=\"conductor\">{index}{factor}</bsdf></bsdf>"))
+    };
+    let (text, notes) = metal("0.25");
+    let whole = "[materials.m_undimmed]\ntype = \"conductor\"\neta = 1.0\nk = 2.0";
+    let mix = "[materials.m]\ntype = \"mix\"\nfirst = \"m_undimmed\"\nsecond = \"black\"\namount = 0.75";
+    assert_eq!(text, format!("[materials.black]\ntype = \"lambert\"\nalbedo = 0.0\n\n{whole}\n\n{mix}"));
+    assert!(notes.is_empty());
+    // F₀ = k² / (4 + k²) = ½.
+    let (text, notes) = metal("0.4 0.6 0.8");
+    assert_eq!(text, "[materials.m]\ntype = \"conductor\"\nreflectance = [0.2, 0.3, 0.4]");
+    assert_eq!(notes.len(), 1);
+}
+
+#[test]
+fn a_coat_with_linear_colours_has_the_albedo_that_makes_it_the_same() {
+    let plastic = |nonlinear: &str| {
+        let rgb = "<rgb name=\"diffuse_reflectance\" value=\"0.2\"/><float name=\"int_ior\" value=\"1.5\"/>";
+        let ext = "<float name=\"ext_ior\" value=\"1\"/>";
+        let text = material(&format!("<bsdf type=\"plastic\">{rgb}{ext}{nonlinear}</bsdf>")).0;
+        let table: toml::Table = text.parse().unwrap();
+        let table = table["materials"]["plastic_line2"].as_table().unwrap().clone();
+        table["albedo"].as_float().unwrap()
+    };
+    assert_eq!(plastic("<boolean name=\"nonlinear\" value=\"true\"/>"), 0.2);
+    let inside = 1.0 - f64::from(sampling::bsdf::diffuse_transmittance(1.5)) / 2.25;
+    let ours = plastic("");
+    // ρ / (1 − ρ F̄) of ours is ρ / (1 − F̄) of theirs.
+    assert!((ours / (1.0 - ours * inside) - 0.2 / (1.0 - inside)).abs() < 1e-12);
+}
+
+#[test]
+fn older_models() {
+    let (text, notes) =
+        material_by("0.6.0", "<bsdf type=\"phong\" id=\"m\"><float name=\"exponent\" value=\"9\"/></bsdf>");
+    assert_eq!(text, "[materials.m]\ntype = \"phong\"\nkd = 0.5\nks = 0.2\nn = 9.0");
+    assert_eq!(notes.len(), 1, "{notes:?}");
+    let ward = "<bsdf type=\"ward\" id=\"m\"><float name=\"alphaU\" value=\".1\"/><float name=\"alphaV\" value=\".2\"/>\
+                <spectrum name=\"specularReflectance\" value=\"0.3\"/></bsdf>";
+    let (text, _) = material_by("0.6.0", ward);
+    assert_eq!(text, "[materials.m]\ntype = \"ward\"\nkd = 0.5\nks = 0.3\nalpha_x = 0.1\nalpha_y = 0.2");
+    // What would create light is scaled down.
+    let bright = "<bsdf type=\"phong\" id=\"m\"><rgb name=\"diffuseReflectance\" value=\"1\"/>\
+                  <rgb name=\"specularReflectance\" value=\"1\"/></bsdf>";
+    assert!(material_by("0.5.0", bright).0.contains("kd = 0.5\nks = 0.5\nn = 30.0"));
+    let usual = "<bsdf type=\"conductor\" id=\"m\"/>";
+    assert!(material_by("0.6.0", usual).0.ends_with("metal = \"copper\""));
+}
+
+#[test]
+fn layers_and_blends() {
+    let mask = "<bsdf type=\"mask\"><float name=\"opacity\" value=\"0.3\"/><bsdf type=\"diffuse\"/></bsdf>";
+    check(mask, "type = \"lambert\"\nalbedo = 0.5\nopacity = 0.3", 0);
+    let bump = "<bsdf type=\"bumpmap\"><float name=\"scale\" value=\"2\"/><texture type=\"checkerboard\">\
+                <rgb name=\"color0\" value=\"0\"/><rgb name=\"color1\" value=\"1\"/></texture><bsdf type=\"diffuse\"/></bsdf>";
+    let map = "{ checkerboard = [0.0, 2.0], uv_scale = [1.0, -1.0], uv_offset = [0.0, 1.0] }";
+    check(bump, &format!("type = \"lambert\"\nalbedo = 0.5\nbump_map = {map}"), 1);
+    let blend = "<bsdf type=\"blendbsdf\" id=\"m\"><float name=\"weight\" value=\"0.25\"/>\
+                 <bsdf type=\"twosided\"><bsdf type=\"diffuse\"/></bsdf><bsdf type=\"dielectric\"/></bsdf>";
+    let (text, notes) = material(blend);
+    assert!(text.ends_with("type = \"mix\"\nfirst = \"m_part1\"\nsecond = \"m_part2\"\namount = 0.25"), "{text}");
+    assert!(notes.is_empty(), "{notes:?}");
+    let three = "<bsdf type=\"mixturebsdf\" id=\"m\"><string name=\"weights\" value=\"0.2, 0.3, 0.5\"/>\
+                 <bsdf type=\"diffuse\"/><bsdf type=\"diffuse\"/><bsdf type=\"dielectric\"/></bsdf>";
+    let (text, _) = material_by("0.6.0", three);
+    assert!(text.contains("first = \"m_part1\"\nsecond = \"m_part2\"\namount = 0.6"), "{text}");
+    assert!(text.ends_with("first = \"m_mix1\"\nsecond = \"m_part3\"\namount = 0.5"), "{text}");
+}
+
+#[test]
+fn principled_says_all_that_it_is() {
+    let (text, notes) = material(
+        "<bsdf type=\"principled\" id=\"m\"><float name=\"roughness\" value=\"0.3\"/>\
+                                  <float name=\"specular\" value=\"0.5\"/></bsdf>",
+    );
+    let table: toml::Table = text.parse().unwrap();
+    let number = |key: &str| table["materials"]["m"][key].as_float().unwrap();
+    assert_eq!((number("roughness"), number("sheen_tint"), number("clearcoat_gloss")), (0.3, 0.0, 0.0));
+    // F₀ = 0.04 is an index of 1.5.
+    assert!((number("eta") - 1.5).abs() < 1e-12);
+    assert_eq!(notes.len(), 1);
+}

@@ -1,0 +1,268 @@
+//! Textures, and the numbers and colours that stand where one may.
+//!
+//! Mitsuba's images have v = 0 at their upper border and ours at their lower one; its OBJ files are read with v turned over,
+//! other meshes as they are. So where a texture is written depends on the shape: `turned` says that its v is 1 − ours.
+
+use glam::{DMat4, DVec2};
+
+use super::context::Context;
+use super::plugin::Plugin;
+use super::spectrum::{self, Quantity};
+use super::transform;
+use super::xml::Element;
+use crate::error::SceneError;
+use crate::import::translation::{colour, numbers, quoted};
+
+/// Colours over a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Texture {
+    /// One colour.
+    Constant([f64; 3]),
+    /// An image, times a colour.
+    Image { file: String, encoding: Option<&'static str>, wrap: &'static str, scale: [f64; 3], map: UvMap },
+    /// Squares.
+    Checkerboard { values: [[f64; 3]; 2], map: UvMap },
+    /// Colours of a mesh's vertices.
+    VertexColours,
+}
+
+/// Where in a pattern a point lies: `uv · scale + offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UvMap {
+    scale: DVec2,
+    offset: DVec2,
+}
+
+impl UvMap {
+    const IDENTITY: Self = Self { scale: DVec2::ONE, offset: DVec2::ZERO };
+    const TURNED: Self = Self { scale: DVec2::new(1.0, -1.0), offset: DVec2::new(0.0, 1.0) };
+
+    fn then(self, next: Self) -> Self {
+        Self { scale: self.scale * next.scale, offset: self.offset * next.scale + next.offset }
+    }
+
+    /// As keys of an inline table.
+    fn keys(self) -> String {
+        let mut text = String::new();
+        if self.scale != DVec2::ONE {
+            text += &format!(", uv_scale = {}", numbers(&self.scale.to_array()));
+        }
+        if self.offset != DVec2::ZERO {
+            text += &format!(", uv_offset = {}", numbers(&self.offset.to_array()));
+        }
+        text
+    }
+}
+
+impl Texture {
+    /// A grey.
+    pub fn grey(value: f64) -> Self {
+        Self::Constant([value; 3])
+    }
+
+    /// Its colour, if it has but one.
+    pub fn constant(&self) -> Option<[f64; 3]> {
+        if let Self::Constant(colour) = self { Some(*colour) } else { None }
+    }
+
+    /// Its number, if it has but one.
+    pub fn number(&self) -> Option<f64> {
+        self.constant().map(|[r, g, b]| if r == g && g == b { r } else { (r + g + b) / 3.0 })
+    }
+
+    /// What it is about everywhere.
+    pub fn mean(&self) -> [f64; 3] {
+        match self {
+            Self::Constant(colour) => *colour,
+            Self::Image { scale, .. } => scale.map(|c| 0.5 * c),
+            Self::Checkerboard { values: [a, b], .. } => std::array::from_fn(|c| 0.5 * (a[c] + b[c])),
+            Self::VertexColours => [0.5; 3],
+        }
+    }
+
+    /// Each value times that of a colour; `None` where that cannot be said.
+    pub fn scaled(self, by: [f64; 3]) -> Option<Self> {
+        let times = |a: [f64; 3]| std::array::from_fn(|c| a[c] * by[c]);
+        match self {
+            Self::Constant(colour) => Some(Self::Constant(times(colour))),
+            Self::Image { file, encoding, wrap, scale, map } => {
+                Some(Self::Image { file, encoding, wrap, scale: times(scale), map })
+            }
+            Self::Checkerboard { values, map } => Some(Self::Checkerboard { values: values.map(times), map }),
+            Self::VertexColours if by == [1.0; 3] => Some(self),
+            Self::VertexColours => None,
+        }
+    }
+
+    /// As TOML; `turned` where the shape's v is Mitsuba's turned over.
+    pub fn toml(&self, turned: bool) -> String {
+        let shape = if turned { UvMap::TURNED } else { UvMap::IDENTITY };
+        match self {
+            Self::Constant(value) => colour(*value),
+            Self::Image { file, encoding, wrap, scale, map } => {
+                let mut text = format!("{{ image = {}", quoted(file));
+                if let Some(encoding) = encoding {
+                    text += &format!(", encoding = \"{encoding}\"");
+                }
+                if *wrap != "repeat" {
+                    text += &format!(", wrap = \"{wrap}\"");
+                }
+                if *scale != [1.0; 3] {
+                    text += &format!(", scale = {}", colour(*scale));
+                }
+                text + &shape.then(*map).then(UvMap::TURNED).keys() + " }"
+            }
+            Self::Checkerboard { values: [a, b], map } => {
+                format!("{{ checkerboard = [{}, {}]{} }}", colour(*a), colour(*b), shape.then(*map).keys())
+            }
+            Self::VertexColours => "{ vertex_colours = true }".to_string(),
+        }
+    }
+}
+
+/// The parameter `name`, a colour or a texture.
+pub fn parameter<'a>(
+    plugin: &Plugin<'a>,
+    name: &str,
+    quantity: Quantity,
+    otherwise: f64,
+    context: &mut Context<'a>,
+) -> Result<Texture, SceneError> {
+    match plugin.part(name) {
+        None => Ok(Texture::grey(otherwise)),
+        Some(part) => read(part, quantity, context),
+    }
+}
+
+/// A colour or a texture.
+pub fn read<'a>(element: &'a Element, quantity: Quantity, context: &mut Context<'a>) -> Result<Texture, SceneError> {
+    if spectrum::is_colour(element) {
+        return spectrum::colour(element, quantity, context).map(Texture::Constant);
+    }
+    if element.tag != "texture" {
+        return Err(element.place.error(format!("{} is neither a colour nor a texture", element.title()), "give one"));
+    }
+    context.enter(element)?;
+    let plugin = Plugin::new(element, context)?;
+    let texture = match plugin.kind() {
+        "bitmap" | "ldrtexture" | "exrtexture" => bitmap(&plugin, context)?,
+        "checkerboard" => {
+            let a = parameter(&plugin, "color0", quantity, 0.4, context)?.mean();
+            let b = parameter(&plugin, "color1", quantity, 0.2, context)?.mean();
+            Texture::Checkerboard { values: [a, b], map: uv_map(&plugin, context)? }
+        }
+        "mesh_attribute" | "vertexcolors" => {
+            if plugin.text("name")?.is_some_and(|name| name.starts_with("face_")) {
+                context.approximate(plugin.place(), "an attribute of faces is taken for the colours of vertices");
+            }
+            Texture::VertexColours
+        }
+        "scale" => scaled(&plugin, quantity, context)?,
+        kind => {
+            context.approximate(plugin.place(), format!("a texture `{kind}` is not known, and is taken as 0.5"));
+            Texture::grey(0.5)
+        }
+    };
+    context.mapped(
+        element,
+        match texture {
+            Texture::Image { .. } => "an `image`",
+            Texture::Checkerboard { .. } => "a `checkerboard`",
+            Texture::VertexColours => "`vertex_colours`",
+            Texture::Constant(_) => "a colour",
+        },
+    );
+    if texture.constant().is_none() {
+        plugin.finish(context);
+    }
+    context.leave();
+    Ok(texture)
+}
+
+/// A texture times a number.
+fn scaled<'a>(plugin: &Plugin<'a>, quantity: Quantity, context: &mut Context<'a>) -> Result<Texture, SceneError> {
+    let factor = match plugin.part("scale") {
+        Some(part) => spectrum::colour(part, Quantity::Index, context)?,
+        None => [1.0; 3],
+    };
+    let inner = plugin.part("value").or_else(|| plugin.tagged("texture").pop());
+    let Some(inner) = inner else {
+        return Err(plugin.place().error("`texture scale` holds no texture", "add one"));
+    };
+    let texture = read(inner, quantity, context)?;
+    Ok(texture.clone().scaled(factor).unwrap_or_else(|| {
+        context.approximate(plugin.place(), "the scale of vertex colours is left out");
+        texture
+    }))
+}
+
+fn bitmap<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Texture, SceneError> {
+    let Some(name) = plugin.text("filename")? else {
+        return Err(plugin.place().error("`texture bitmap` has no `filename`", "name an image"));
+    };
+    let file = match context.find(name, plugin.place()) {
+        Some(path) => context.named_from_base(&path),
+        None => name.to_string(),
+    };
+    let raw = plugin.boolean("raw")?.unwrap_or(false) || plugin.float("gamma")? == Some(1.0);
+    let ending = file.rsplit('.').next().unwrap_or("").to_lowercase();
+    let encoding = match (ending.as_str(), raw) {
+        ("exr" | "hdr" | "pfm" | "rgbe", _) => None,
+        (_, true) => Some("linear"),
+        (_, false) => Some("srgb"),
+    };
+    if plugin.text("filter_type")?.is_some_and(|filter| filter == "nearest") {
+        context.approximate(plugin.place(), "a bitmap with `filter_type` `nearest` is bilinear");
+    }
+    let wrap = match plugin.text("wrap_mode")?.or(plugin.text("wrap_mode_u")?).unwrap_or("repeat") {
+        "repeat" => "repeat",
+        "mirror" => "mirror",
+        "clamp" => "clamp",
+        other => {
+            context.approximate(plugin.place(), format!("the `wrap_mode` `{other}` is taken as `clamp`"));
+            "clamp"
+        }
+    };
+    plugin.skip(&["format", "accel", "max_anisotropy", "cache", "wrap_mode_v"]);
+    Ok(Texture::Image { file, encoding, wrap, scale: [1.0; 3], map: uv_map(plugin, context)? })
+}
+
+/// `to_uv`, or `uscale`, `vscale`, `uoffset`, `voffset` of older files.
+fn uv_map<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<UvMap, SceneError> {
+    let to_uv = match plugin.part("to_uv") {
+        Some(part) => transform::read(part, context)?,
+        None => DMat4::IDENTITY,
+    };
+    let scale = DVec2::new(to_uv.x_axis.x, to_uv.y_axis.y);
+    let straight = to_uv.x_axis.y == 0.0 && to_uv.y_axis.x == 0.0 && scale.min_element().abs() > 0.0;
+    if !straight {
+        context.approximate(plugin.place(), "the rotation of a `to_uv` is left out");
+    }
+    let first = if straight { UvMap { scale, offset: to_uv.w_axis.truncate().truncate() } } else { UvMap::IDENTITY };
+    let scale = DVec2::new(plugin.float_or("uscale", 1.0)?, plugin.float_or("vscale", 1.0)?);
+    if scale.x == 0.0 || scale.y == 0.0 {
+        return Err(plugin.place().error("`uscale` or `vscale` is 0", "give another number"));
+    }
+    let offset = DVec2::new(plugin.float_or("uoffset", 0.0)?, plugin.float_or("voffset", 0.0)?);
+    Ok(first.then(UvMap { scale, offset }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn images_stand_upright_on_obj_files_and_are_turned_over_on_the_rest() {
+        let map = UvMap { scale: DVec2::new(2.0, 3.0), offset: DVec2::new(0.0, 0.25) };
+        let image = |map| Texture::Image { file: "a.png".into(), encoding: None, wrap: "repeat", scale: [1.0; 3], map };
+        assert_eq!(image(UvMap::IDENTITY).toml(true), "{ image = \"a.png\" }");
+        let turned = "{ image = \"a.png\", uv_scale = [1.0, -1.0], uv_offset = [0.0, 1.0] }";
+        assert_eq!(image(UvMap::IDENTITY).toml(false), turned);
+        // At Mitsuba's (u, v), here the same, the image is read at (2u, 3v + ¼) from its upper border.
+        let text = "{ image = \"a.png\", uv_scale = [2.0, -3.0], uv_offset = [0.0, 0.75] }";
+        assert_eq!(image(map).toml(false), text);
+        // Ours is 1 − v: 1 − (3 (1 − v) + ¼).
+        let text = "{ image = \"a.png\", uv_scale = [2.0, 3.0], uv_offset = [0.0, -2.25] }";
+        assert_eq!(image(map).toml(true), text);
+    }
+}
