@@ -328,6 +328,9 @@ fn albedo(model: &Bsdf, wo: Vec3, mut draw: impl FnMut(u32) -> (f32, Vec2)) -> f
     // Those that shape the cells, which are cut until each holds one of them.
     let pilots = if support::scale() > 1.0 { SAMPLES } else { SAMPLES / 8 } as usize;
     let mode = TransportMode::Importance;
+    // Where azimuths matter by their difference alone, whatever its sign, half of them are the mirror image of the others.
+    let is_symmetric = !model.is_anisotropic();
+    let wo = if is_symmetric { vec3(wo.x.hypot(wo.y), 0.0, wo.z) } else { wo };
     let samples: Vec<BsdfSample> = (0..SAMPLES)
         .filter_map(|j| {
             let (uc, u) = draw(j);
@@ -342,7 +345,11 @@ fn albedo(model: &Bsdf, wo: Vec3, mut draw: impl FnMut(u32) -> (f32, Vec2)) -> f
     if !is_resolved(model, wo) {
         return samples.iter().map(|s| f64::from(s.weight.max_component())).sum::<f64>() / f64::from(SAMPLES);
     }
-    let cells = Cells::by_samples(samples.iter().take(pilots).filter(|s| !s.lobe.is_delta()).map(|s| s.wi), 2);
+    let directions = samples.iter().take(pilots).filter(|s| !s.lobe.is_delta()).map(|s| s.wi);
+    let (cells, copies) = match is_symmetric {
+        true => (Cells::half_by_samples(directions.map(|wi| vec3(wi.x, wi.y.abs(), wi.z)), 1), 2.0),
+        false => (Cells::by_samples(directions, 2), 1.0),
+    };
     let value = |wi: Vec3| [f64::from(model.eval(wo, wi, Lobes::ALL, mode).max_component() * wi.z.abs())];
-    delta + (0..cells.len()).map(|cell| cells.integrate(cell, 1e-5, value)[0]).sum::<f64>()
+    delta + copies * (0..cells.len()).map(|cell| cells.integrate(cell, 1e-5 / copies, value)[0]).sum::<f64>()
 }

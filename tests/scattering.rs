@@ -164,14 +164,14 @@ fn resolved(bsdf: &Bsdf, max_order: usize) -> Option<Glowing<'_>> {
 }
 
 /// The examples that the quadrature can do, of those that `suits`, with their orders up to `max_order`: every day the first of each
-/// model and every fourth after it, of a single order every other, and of a model that these leave out the others until one is
+/// model and every fourth after it, of a single order every third, and of a model that these leave out the others until one is
 /// done; by night all of them.
 fn examples(max_order: usize, suits: impl Fn(&Bsdf) -> bool, check: impl Fn(&str, &Bsdf, &Glowing)) {
     let (mut done, mut left_out) = (Vec::new(), Vec::new());
     let (mut last, mut count) = ("", 0);
     let step = match max_order {
         _ if scale() > 1.0 => 1,
-        1 => 2,
+        1 => 3,
         _ => 4,
     };
     for (model, bsdf) in listed() {

@@ -136,8 +136,17 @@ struct Leaf {
 impl Cells {
     /// The hemispheres, each halved `depth` times at medians of the samples.
     pub fn by_samples(samples: impl Iterator<Item = Vec3>, depth: u32) -> Self {
+        Self::within((0.0, TAU), samples, depth)
+    }
+
+    /// The halves of the hemispheres where y is positive, as are those of the samples, likewise.
+    pub fn half_by_samples(samples: impl Iterator<Item = Vec3>, depth: u32) -> Self {
+        Self::within((0.0, PI), samples, depth)
+    }
+
+    fn within(phi: (f64, f64), samples: impl Iterator<Item = Vec3>, depth: u32) -> Self {
         let mut cells = Self { root: Node::Leaf(0), leaves: Vec::new() };
-        let whole = Cell { theta: (0.0, PI), phi: (0.0, TAU) };
+        let whole = Cell { theta: (0.0, PI), phi };
         let (lower, upper): (Vec<_>, Vec<_>) = samples.map(angles).partition(|s| s.0 >= 0.5 * PI);
         let halves = whole.halves_of_theta(0.5 * PI);
         let parts = Box::new([cells.split(halves[0], upper, depth), cells.split(halves[1], lower, depth)]);

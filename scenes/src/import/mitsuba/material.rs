@@ -106,20 +106,8 @@ impl Description {
 
     /// The same without what may not be in a part of a mix.
     fn for_mix(mut self, context: &mut Context) -> Self {
-        let mut varies = self.relief.take().is_some() | self.opacity.take().is_some();
-        for (_, value) in &mut self.keys {
-            if let Value::Texture(texture) = value
-                && texture.constant().is_none()
-            {
-                varies = true;
-                *texture = Texture::Constant(texture.mean());
-            }
-        }
-        if varies {
-            context.approximate(
-                &self.place,
-                "a part of a blend is the same everywhere: its textures, masks and maps are left out",
-            );
+        if self.relief.take().is_some() | self.opacity.take().is_some() {
+            context.approximate(&self.place, "a part of a blend has no masks and maps of its own: they are left out");
         }
         self
     }

@@ -127,6 +127,9 @@ fn layers_and_blends() {
     let (text, notes) = material(blend);
     assert!(text.ends_with("type = \"mix\"\nfirst = \"m_part1\"\nsecond = \"m_part2\"\namount = 0.25"), "{text}");
     assert!(notes.is_empty(), "{notes:?}");
+    let squares = "<bsdf type=\"diffuse\"><texture name=\"reflectance\" type=\"checkerboard\"/></bsdf></bsdf>";
+    let (text, notes) = material(&blend.replace("<bsdf type=\"dielectric\"/></bsdf>", squares));
+    assert!(text.contains("albedo = { checkerboard") && notes.is_empty(), "{text} {notes:?}");
     let three = "<bsdf type=\"mixturebsdf\" id=\"m\"><string name=\"weights\" value=\"0.2, 0.3, 0.5\"/>\
                  <bsdf type=\"diffuse\"/><bsdf type=\"diffuse\"/><bsdf type=\"dielectric\"/></bsdf>";
     let (text, _) = material_by("0.6.0", three);
