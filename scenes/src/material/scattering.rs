@@ -11,7 +11,7 @@ pub enum Scattering {
     /// The same everywhere.
     Same(Bsdf),
     /// One model, of which textures give some parameters.
-    Model(Parameters),
+    Model(Box<Parameters>),
     /// Two, one of which varies.
     Blend(Box<Blend>),
 }
@@ -52,7 +52,7 @@ impl Scattering {
         if textures.is_empty() {
             return (model.from_arguments)(&arguments).map(Self::Same);
         }
-        Ok(Self::Model(Parameters { model, arguments, textures }))
+        Ok(Self::Model(Box::new(Parameters { model, arguments, textures })))
     }
 
     /// The BSDF at a point; textures are read here, once per hit. Arguments are tried when the scene is built, at vertices and

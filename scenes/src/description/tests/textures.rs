@@ -63,7 +63,7 @@ fn parts_of_a_mix_may_vary_but_have_no_maps() {
     };
     let needs = mix("").unwrap().needs;
     assert!(needs.textures && needs.only_lambertian);
-    let error = mix("opacity = 0.5").err().expect("refused").to_string();
+    let error = mix("opacity = 0.5").expect_err("refused").to_string();
     assert!(error.contains("of a material without normal map, bump map and opacity"), "{error}");
 }
 
