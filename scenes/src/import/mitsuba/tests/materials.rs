@@ -129,7 +129,8 @@ fn layers_and_blends() {
     assert!(notes.is_empty(), "{notes:?}");
     let squares = "<bsdf type=\"diffuse\"><texture name=\"reflectance\" type=\"checkerboard\"/></bsdf></bsdf>";
     let (text, notes) = material(&blend.replace("<bsdf type=\"dielectric\"/></bsdf>", squares));
-    assert!(text.contains("albedo = { checkerboard") && notes.is_empty(), "{text} {notes:?}");
+    let left_out = notes.iter().any(|note| note.contains("left out"));
+    assert!(text.contains("albedo = { checkerboard") && !left_out, "{text} {notes:?}");
     let three = "<bsdf type=\"mixturebsdf\" id=\"m\"><string name=\"weights\" value=\"0.2, 0.3, 0.5\"/>\
                  <bsdf type=\"diffuse\"/><bsdf type=\"diffuse\"/><bsdf type=\"dielectric\"/></bsdf>";
     let (text, _) = material_by("0.6.0", three);
