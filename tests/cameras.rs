@@ -137,17 +137,20 @@ fn methods_agree_through_a_shifted_window() {
 fn methods_agree_under_a_sky() {
     let mut family = Family::new("cameras under a sky");
     let lens = Projection::ThinLens { fov: 60.0, lens_radius: 0.2, focus_distance: None };
-    for (name, projection) in [
-        ("lens", lens),
-        ("parallel", Projection::Orthographic { extent: 2.5 }),
-        ("all around", Projection::Equirectangular),
+    let parallel = Projection::Orthographic { extent: 2.5 };
+    for (name, projection, filter) in [
+        ("lens", lens, Filter::Box),
+        ("parallel", parallel, Filter::Box),
+        ("parallel, wide filter", parallel, Filter::Gaussian),
+        ("all around", Projection::Equirectangular, Filter::Box),
     ] {
         let mut builder = SceneBuilder::new(name);
         let grey = builder.material(lambert(0.6));
         builder.quad(dvec3(-1.0, 0.0, 1.0), DVec3::X * 2.0, DVec3::Z * -2.0, grey);
         builder.sphere(dvec3(0.2, 0.4, -0.1), 0.4, grey);
         builder.environment(Spectrum::splat(1.2));
-        let scene = built(builder, looking(dvec3(0.0, 0.8, 2.0), dvec3(0.0, 0.5, 0.0), projection, (8, 8)));
+        let settings = looking(dvec3(0.0, 0.8, 2.0), dvec3(0.0, 0.5, 0.0), projection, (8, 8));
+        let scene = built(builder, CameraSettings { filter, ..settings });
         let [path, light, bdpt] = [("path", 64), ("light", 512), ("bdpt", 32)].map(|(method, samples)| {
             measure(&scene, plain(method).as_ref(), &format!("{name} {method}"), Budget::samples(samples).up_to(2))
         });

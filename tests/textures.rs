@@ -69,16 +69,18 @@ fn an_image_over_a_sphere() {
     sphere_of("image over a sphere", Material::lambert(gradient(NORTH, SOUTH)), 0.0, 1.0);
 }
 
-/// What is reflected is the sum of what the parts reflect, by their shares.
+/// What is reflected is the sum of what the parts reflect, by their shares, which are a third each.
 #[test]
-fn a_mix_of_parts_that_vary() {
+fn a_mix_of_a_mix_of_parts_that_vary() {
     let model = Bsdf::model("lambert").unwrap();
     let image = vec![(0, gradient(NORTH, SOUTH))];
     let varying = Scattering::new(model, Arguments::presets(model.parameters), image).unwrap();
-    let amount = Texture::Constant(Spectrum::splat(0.25));
-    let blend = Blend { parts: [varying, Scattering::Same(lambert(0.4))], amount };
-    let wall = Varying::of(Scattering::Blend(Box::new(blend))).into();
-    sphere_of("mix over a sphere", wall, 0.25 * f64::from(0.4f32), 0.75);
+    let blend = |first: Scattering, albedo: f32, amount: f32| {
+        let amount = Texture::Constant(Spectrum::splat(amount));
+        Scattering::Blend(Box::new(Blend { parts: [first, Scattering::Same(lambert(albedo))], amount }))
+    };
+    let wall = Varying::of(blend(blend(varying, 0.4, 0.5), 0.1, 1.0 / 3.0)).into();
+    sphere_of("mix over a sphere", wall, f64::from(0.4f32 + 0.1) / 3.0, 1.0 / 3.0);
 }
 
 /// Gold leaf that is torn by noise, over dark paint.

@@ -5,6 +5,7 @@ use crate::error::{Error, Status};
 use crate::export::write_atomically;
 use crate::output;
 use scenes::import::mitsuba::MESH_HEADER;
+use scenes::import::translation::SCENE_HEADER;
 use std::path::{Path, PathBuf};
 
 /// Translates a scene and writes it, with the meshes that have no file of their own beside it.
@@ -24,6 +25,7 @@ pub fn convert(args: &ConvertArgs) -> Result<Status, Error> {
         return Err(Error::usage(message));
     }
     output::check_file(&args.output)?;
+    check_own(&args.output, SCENE_HEADER)?;
     let folder = args.output.parent().unwrap_or(Path::new(""));
     let translation = scenes::load::translation(&args.scene, folder)?;
     // What cannot be read again is not written.
@@ -35,7 +37,7 @@ pub fn convert(args: &ConvertArgs) -> Result<Status, Error> {
         .collect();
     for (path, _) in &meshes {
         output::check_file(path)?;
-        check_own(path)?;
+        check_own(path, MESH_HEADER)?;
     }
     for (path, text) in &meshes {
         write_atomically(path, text.as_bytes())?;
@@ -49,10 +51,10 @@ pub fn convert(args: &ConvertArgs) -> Result<Status, Error> {
     Ok(Status::Done)
 }
 
-/// Refuses to replace a mesh that is not known by its first line.
-fn check_own(path: &Path) -> Result<(), Error> {
+/// Refuses to replace a file that is not known by its first line.
+fn check_own(path: &Path, header: &str) -> Result<(), Error> {
     let Ok(bytes) = std::fs::read(path) else { return Ok(()) };
-    if bytes.starts_with(MESH_HEADER.as_bytes()) {
+    if bytes.starts_with(header.as_bytes()) {
         return Ok(());
     }
     let message = format!("{}: this file is in the way, and was not made by neumann", path.display());

@@ -173,8 +173,8 @@ impl<S: Sink> Walk<'_, S> {
         let camera = &self.scene.camera;
         if camera.rays() == Rays::Parallel {
             // No sampled direction is that of the camera's rays: it is taken instead, for certain, at a place of the film.
-            let raster = u * camera.raster().size();
-            return Some((camera.sample_we(raster, Vec2::ZERO).ray, raster, start.sample.pdf_p));
+            let (raster, area) = camera.raster().reached(u);
+            return Some((camera.sample_we(raster, Vec2::ZERO).ray, raster, start.sample.pdf_p * area));
         }
         // Any point of the lens will do.
         let (at, d) = (camera.sample_we(Vec2::ZERO, u).at, -start.sample.endpoint.at.ng);

@@ -64,6 +64,13 @@ impl Raster {
         at.x >= low && at.y >= low && at.x < high.x && at.y < high.y
     }
 
+    /// A place of the raster, or beyond it where some pixel's filter reaches, uniform over them; and their area over the raster's.
+    #[inline]
+    pub fn reached(&self, u: Vec2) -> (Vec2, f32) {
+        let whole = self.size() + 2.0 * self.margin;
+        (u * whole - self.margin, whole.element_product() / self.size().element_product())
+    }
+
     /// All places within the filter's reach that are the same place of the sphere as `at`, itself among them; `at` alone on
     /// a raster with a border. A few may be beyond the reach.
     pub fn images(&self, at: Vec2) -> impl Iterator<Item = Vec2> + use<> {

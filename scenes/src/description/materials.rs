@@ -86,6 +86,11 @@ struct Reader<'a, 'f> {
     known: RefCell<BTreeMap<&'a str, Material>>,
 }
 
+/// The most kinds of scattering of which one may be blended.
+const MOST_KINDS: usize = 64;
+/// The most mixes within one another.
+const MOST_NESTED: usize = 64;
+
 /// What every material understands beside its model's parameters.
 const COMMON: [&str; 4] = ["type", "normal_map", "bump_map", "opacity"];
 
@@ -132,6 +137,11 @@ impl<'a, 'f> Reader<'a, 'f> {
             }
             Scattering::new(model, arguments, textures).map_err(|misfit| misfit_error(table, &misfit))?
         } else {
+            let kinds: usize = parts.iter().map(|(_, part)| part.kinds()).sum();
+            if kinds > MOST_KINDS {
+                let message = format!("`{}` is blended of {kinds} materials that vary", table.name);
+                return Err(table.error(message, format!("blend at most {MOST_KINDS}")));
+            }
             blend(parts, textures, &arguments)
         };
         let (relief, opacity) = (self.relief(table)?, self.opacity(table)?);
@@ -240,6 +250,9 @@ impl<'a, 'f> Reader<'a, 'f> {
         let Some((name, table)) = self.tables.iter().find(|(other, _)| *other == name) else {
             return Err(unknown(value, name, &names));
         };
+        if within.len() == MOST_NESTED {
+            return Err(value.error(format!("mixes of mixes are nested at most {MOST_NESTED} deep")));
+        }
         if within.contains(name) {
             return Err(value.error(format!("a material cannot contain itself: {} → {name}", within.join(" → "))));
         }

@@ -20,7 +20,7 @@ use sampling::{Vec2, vec2};
 
 use super::appearance::Appearance;
 use super::source::{self, Source};
-use super::translation::{self, Lines, NoteKind, Notes, Place, Translation};
+use super::translation::{self, Lines, NoteKind, Notes, Place, SCENE_HEADER, Translation};
 use super::{mtl, polygon, solid, viewpoint};
 use crate::builder::{Emission, MeshData, SceneBuilder, ShapeId};
 use crate::camera::Projection;
@@ -156,7 +156,7 @@ pub fn translate(path: &Path, base: &Path) -> Result<Translation, SceneError> {
     let mut lines = Lines::default();
     lines.push(
         &place,
-        format!("# Made of {}.", path.file_name().unwrap_or_default().to_string_lossy().escape_default()),
+        format!("{SCENE_HEADER} {}.", path.file_name().unwrap_or_default().to_string_lossy().escape_default()),
     );
     lines.table(&place, "[camera]");
     for (key, vector) in [("position", camera.position), ("target", camera.target), ("up", camera.up)] {

@@ -13,6 +13,9 @@ use crate::builder::SceneBuilder;
 use crate::description::{self, Origin};
 use crate::error::SceneError;
 
+/// How the scene files begin that are made of others.
+pub const SCENE_HEADER: &str = "# Made of";
+
 /// A line of a foreign file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {

@@ -65,7 +65,29 @@ impl Scattering {
                 let invalid = |_| Lambert { albedo: Spectrum::splat(f32::NAN) }.into();
                 parameters.with(|texture| texture.at(point)).unwrap_or_else(invalid)
             }
-            Self::Blend(blend) => blend.part_at(point).at(point),
+            Self::Blend(_) => self.chosen(point).at(point),
+        }
+    }
+
+    /// The part that a point has, of blends of blends the innermost.
+    fn chosen(&self, point: &SurfaceCoordinates) -> &Self {
+        let words = point.p.to_array().map(f32::to_bits);
+        let bits = words.iter().fold(0, |bits, &word| mix2(bits, u64::from(word)));
+        let mut scattering = self;
+        for depth in 0.. {
+            let Self::Blend(blend) = scattering else { break };
+            // Every choice has a number of its own.
+            let u = unit_f32((mix2(bits, depth) >> 32) as u32);
+            scattering = &blend.parts[usize::from(u < blend.amount.at(point).mean())];
+        }
+        scattering
+    }
+
+    /// How many kinds it is blended of.
+    pub fn kinds(&self) -> usize {
+        match self {
+            Self::Same(_) | Self::Model(_) => 1,
+            Self::Blend(blend) => blend.parts.iter().map(Self::kinds).sum(),
         }
     }
 
@@ -151,14 +173,5 @@ impl Parameters {
             arguments.set(*place, argument);
         }
         (self.model.from_arguments)(&arguments)
-    }
-}
-
-impl Blend {
-    fn part_at(&self, point: &SurfaceCoordinates) -> &Scattering {
-        let words = point.p.to_array().map(f32::to_bits);
-        let bits = words.iter().fold(0, |bits, &word| mix2(bits, u64::from(word)));
-        let second = unit_f32((bits >> 32) as u32) < self.amount.at(point).mean();
-        &self.parts[usize::from(second)]
     }
 }

@@ -68,6 +68,24 @@ fn parts_of_a_mix_may_vary_but_have_no_maps() {
 }
 
 #[test]
+fn mixes_do_not_grow_without_limit() {
+    let mixes = |first: &str, second: &str, count: usize| {
+        let mix = |i: usize| {
+            let (first, second) = (first.replace('#', &(i - 1).to_string()), second.replace('#', &(i - 1).to_string()));
+            format!("[materials.m{i}]\ntype = \"mix\"\nfirst = \"{first}\"\nsecond = \"{second}\"\n")
+        };
+        let varying = "[materials.m0]\ntype = \"lambert\"\nalbedo = { noise = { size = 0.1 } }\n";
+        let all: String = (1..=count).rev().map(mix).collect();
+        load(&replaced("albedo = 0.7", &format!("albedo = 0.7\n{all}{varying}")))
+    };
+    assert!(mixes("m#", "white", 60).is_ok());
+    let error = mixes("m#", "m#", 30).expect_err("refused").to_string();
+    assert!(error.contains("is blended of 128 materials that vary; blend at most 64"), "{error}");
+    let error = mixes("m#", "white", 3000).expect_err("refused").to_string();
+    assert!(error.contains("mixes of mixes are nested at most 64 deep"), "{error}");
+}
+
+#[test]
 fn relief_and_opacity_are_read() {
     let with = |keys: &str| load(&replaced("albedo = 0.7", &format!("albedo = 0.7\n{keys}"))).unwrap().needs;
     assert!(with("bump_map = { noise = { size = 0.1, high = 0.01 } }").textures);

@@ -87,8 +87,15 @@ fn model<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Descripti
             let albedo = parameter(&["reflectance", "diffuse_reflectance"], 0.5, Reflectance)?;
             let alpha = plugin.float_or("alpha", 0.2)?;
             let variant = if plugin.boolean("use_fast_approx")? == Some(true) { "qualitative" } else { "full" };
-            // An α of Beckmann's is √2 times the standard deviation of a small slope.
-            let sigma = (alpha / std::f64::consts::SQRT_2).atan().to_degrees();
+            // An α of Beckmann's is √2 times the standard deviation of a slope, which is taken for that of the angle.
+            let mut sigma = (alpha / std::f64::consts::SQRT_2).to_degrees();
+            if sigma > 90.0 {
+                context.approximate(
+                    place,
+                    "an `alpha` of `roughdiffuse` beyond a standard deviation of 90 degrees is 90 degrees",
+                );
+                sigma = 90.0;
+            }
             let description = Description::new("oren_nayar", place).with("albedo", albedo);
             description.with("sigma", Value::Number(sigma)).with("variant", Value::word(variant))
         }

@@ -78,8 +78,7 @@ impl Description {
     /// hue becomes the colour at the normal, `normal` times the factor, where that is known.
     pub fn dimmed(mut self, factor: Texture, normal: Option<[f64; 3]>, context: &mut Context) -> Self {
         let grey = factor.constant().is_some_and(|[r, g, b]| r == g && g == b);
-        let constant = !self.keys.iter().any(|(_, value)| matches!(value, Value::Texture(t) if t.constant().is_none()));
-        if grey && constant {
+        if grey {
             self.share = factor.number().unwrap_or(1.0);
             return self;
         }
@@ -98,7 +97,7 @@ impl Description {
                     "a coloured or textured factor of what is reflected is taken as its mean",
                 );
                 let [r, g, b] = factor.mean();
-                self.share = if constant { (r + g + b) / 3.0 } else { 1.0 };
+                self.share = (r + g + b) / 3.0;
                 self
             }
         }

@@ -32,7 +32,7 @@ use plugin::Plugin;
 use xml::Element;
 
 use crate::error::SceneError;
-use crate::import::translation::{Lines, NoteKind, Translation, quoted};
+use crate::import::translation::{Lines, NoteKind, SCENE_HEADER, Translation, quoted};
 
 /// The highest order that is written as it is; beyond it the rest is asked for as one sum.
 const HIGHEST_ORDER: i64 = 16;
@@ -43,13 +43,16 @@ pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, Sc
     let mut context = Context::new(&xml, base, stem)?;
     let mut head = Lines::default();
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    head.push(&xml.root.place, format!("# Made of {}.", name.escape_default()));
+    head.push(&xml.root.place, format!("{SCENE_HEADER} {}.", name.escape_default()));
     head.key(&xml.root.place, "title", quoted(&path.file_stem().unwrap_or_default().to_string_lossy()));
-    let mut camera = None;
+    let (mut camera, mut has_integrator) = (None, false);
     for child in &xml.root.children {
         let child = context.resolved(child)?;
         match child.tag.as_str() {
-            "integrator" => integrator(child, &mut head, &mut context)?,
+            "integrator" if !std::mem::replace(&mut has_integrator, true) => {
+                integrator(child, &mut head, &mut context)?;
+            }
+            "integrator" => context.note(NoteKind::Ignored, &child.place, "a second integrator"),
             "sensor" if camera.is_none() => camera = Some(sensor::write(child, &mut context)?),
             "sensor" => context.note(NoteKind::Ignored, &child.place, "a second sensor"),
             "shape" => shape::write(child, &[], &mut context)?,

@@ -73,6 +73,10 @@ fn a_grey_factor_is_exact_by_black_patches_and_a_hue_goes_into_the_reflectance()
     let mix = "[materials.m]\ntype = \"mix\"\nfirst = \"m_undimmed\"\nsecond = \"black\"\namount = 0.75";
     assert_eq!(text, format!("[materials.black]\ntype = \"lambert\"\nalbedo = 0.0\n\n{whole}\n\n{mix}"));
     assert!(notes.is_empty());
+    let rough = "<bsdf type=\"twosided\" id=\"m\"><bsdf type=\"roughconductor\"><texture name=\"alpha\" type=\"checkerboard\"/>\
+                 <rgb name=\"specular_reflectance\" value=\"0.5\"/></bsdf></bsdf>";
+    let (text, _) = material(rough);
+    assert!(text.ends_with("first = \"m_undimmed\"\nsecond = \"black\"\namount = 0.5"), "{text}");
     // F₀ = k² / (4 + k²) = ½.
     let (text, notes) = metal("0.4 0.6 0.8");
     assert_eq!(text, "[materials.m]\ntype = \"conductor\"\nreflectance = [0.2, 0.3, 0.4]");
