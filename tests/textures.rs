@@ -79,8 +79,8 @@ fn a_mix_of_a_mix_of_parts_that_vary() {
         let amount = Texture::Constant(Spectrum::splat(amount));
         Scattering::Blend(Box::new(Blend { parts: [first, Scattering::Same(lambert(albedo))], amount }))
     };
-    let wall = Varying::of(blend(blend(varying, 0.4, 0.5), 0.1, 1.0 / 3.0)).into();
-    sphere_of("mix over a sphere", wall, f64::from(0.4f32 + 0.1) / 3.0, 1.0 / 3.0);
+    let wall = Varying::of(blend(blend(varying, 0.8, 0.5), 0.7, 1.0 / 3.0)).into();
+    sphere_of("mix over a sphere", wall, f64::from(0.8f32 + 0.7) / 3.0, 1.0 / 3.0);
 }
 
 /// Gold leaf that is torn by noise, over dark paint.
