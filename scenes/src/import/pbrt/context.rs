@@ -187,3 +187,8 @@ impl Context {
         Err(place.error(message, format!("they were looked for in {}", folder.display())))
     }
 }
+
+/// A path without its folder.
+pub fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}

@@ -20,7 +20,7 @@ pub fn write(parameters: &Parameters, map: &DMat4, context: &mut Context) -> Res
         "point" => point(parameters, map, context)?,
         "spot" => spot(parameters, map, context)?,
         "distant" => distant(parameters, map, context)?,
-        "infinite" | "exinfinite" => infinite(parameters, map, context)?,
+        "infinite" => infinite(parameters, map, context)?,
         _ => {
             let text = format!("{} is not known, and is left out", parameters.title());
             context.approximate(&parameters.place, text);

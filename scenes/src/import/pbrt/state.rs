@@ -7,7 +7,7 @@ use std::rc::Rc;
 use glam::DMat4;
 
 use super::camera::{self, Options};
-use super::context::Context;
+use super::context::{Context, file_name};
 use super::material::Material;
 use super::parameters::Parameters;
 use super::parser::{Parameter, Parser, Statement};
@@ -281,8 +281,7 @@ impl<'c> State<'c> {
     }
 
     fn include(&mut self, statement: &Statement) -> Result<(), SceneError> {
-        let name = &statement.texts[0];
-        let Some(path) = self.context.find(name, &statement.place) else { return Ok(()) };
+        let Some(path) = self.context.find(&statement.texts[0], &statement.place) else { return Ok(()) };
         let before = (statement.name == "Import").then(|| self.graphics.clone());
         self.file(&path, Some(&statement.place))?;
         if let Some(before) = before {
@@ -326,9 +325,7 @@ impl<'c> State<'c> {
 
     fn texture(&mut self, mut statement: Statement) -> Result<(), SceneError> {
         let kind = statement.texts.swap_remove(1);
-        // What is left is the name and, in its first place below, what kind of texture it is.
-        let name = statement.texts[0].clone();
-        statement.texts.swap(0, 1);
+        let name = statement.texts.swap_remove(0);
         let place = statement.place.clone();
         let parameters = Rc::new(self.parameters("texture", statement));
         let textures = match kind.as_str() {
@@ -400,8 +397,4 @@ impl<'c> State<'c> {
             .extend(records.iter().map(|record| Record { transform: map * record.transform, ..record.clone() }));
         Ok(())
     }
-}
-
-fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }

@@ -206,7 +206,7 @@ fn made_of(texture: &Parameters, quantity: Quantity, context: &mut Context) -> R
                 (Texture::Checkerboard { values: [a.mean(), b.mean()], map }, "a `checkerboard`")
             }
         }
-        "imagemap" => (image(texture, quantity, context)?, "an `image`"),
+        "imagemap" => (image(texture, context)?, "an `image`"),
         kind => {
             let kind = super::lexer::shown(kind);
             context.approximate(&texture.place, format!("a texture `{kind}` is not known, and is taken as 0.5"));
@@ -241,7 +241,7 @@ fn bounded(made: Texture, quantity: Quantity, texture: &Parameters, context: &mu
     }
 }
 
-fn image(texture: &Parameters, quantity: Quantity, context: &mut Context) -> Result<Texture, SceneError> {
+fn image(texture: &Parameters, context: &mut Context) -> Result<Texture, SceneError> {
     let Some(name) = texture.text("filename")? else {
         return Err(texture.place.error(format!("{} has no `filename`", texture.title()), "name an image"));
     };
@@ -273,7 +273,6 @@ fn image(texture: &Parameters, quantity: Quantity, context: &mut Context) -> Res
     }
     texture.skip(&["maxanisotropy", "trilinear"]);
     let scale = texture.float_or("scale", 1.0)?;
-    let _ = quantity;
     Ok(Texture::Image { file, encoding, wrap, scale: [scale; 3], map: uv_map(texture, context)? })
 }
 
