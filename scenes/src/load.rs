@@ -6,7 +6,7 @@ use crate::builder::SceneBuilder;
 use crate::description::{self, Origin};
 use crate::error::SceneError;
 use crate::import::translation::{Note, Translation};
-use crate::import::{mitsuba, obj, ply};
+use crate::import::{mitsuba, obj, pbrt, ply};
 use crate::needs::Skip;
 use crate::scene::Scene;
 use crate::suggest::did_you_mean;
@@ -27,7 +27,7 @@ pub fn builtin_names() -> &'static [&'static str] {
 }
 
 /// Loads a built-in scene by its name, or a file by its path: `.toml` (see [`description`]), `.obj` (see [`obj`]), `.ply` (see
-/// [`ply`]) or `.xml` (see [`mitsuba`]).
+/// [`ply`]), `.xml` (see [`mitsuba`]) or `.pbrt` (see [`pbrt`]).
 ///
 /// A path is told from a name by its ending or a separator; a file never hides a built-in.
 pub fn load(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneError> {
@@ -50,7 +50,8 @@ pub fn open(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder
 /// The same with all that its translation noted, if it had one.
 pub fn open_with_notes(name_or_path: &str, size: Option<(u32, u32)>) -> Result<(SceneBuilder, Vec<Note>), SceneError> {
     let path = Path::new(name_or_path);
-    let is_foreign = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xml"));
+    let has_ending = |wanted: &str| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(wanted));
+    let is_foreign = has_ending("xml") || has_ending("pbrt");
     if !is_foreign {
         return open_own(name_or_path, size).map(|builder| (builder, Vec::new()));
     }
@@ -93,27 +94,32 @@ fn open_own(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder
     }
 }
 
-/// A foreign scene as the text of a scene file whose paths start at the folder `base`: `.xml` (see [`mitsuba`]), or `.obj`.
+/// A foreign scene as the text of a scene file whose paths start at the folder `base`: `.xml` (see [`mitsuba`]), `.pbrt` (see
+/// [`pbrt`]), or `.obj`.
 pub fn translation(path: &str, base: &Path) -> Result<Translation, SceneError> {
     let path = Path::new(path);
     if !path.is_file() {
         return Err(unreadable(path, std::io::ErrorKind::NotFound.into()));
     }
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     match path.extension() {
-        Some(ending) if ending.eq_ignore_ascii_case("xml") => {
-            mitsuba::translate(path, base, &path.file_stem().unwrap_or_default().to_string_lossy())
-        }
+        Some(ending) if ending.eq_ignore_ascii_case("xml") => mitsuba::translate(path, base, &stem),
+        Some(ending) if ending.eq_ignore_ascii_case("pbrt") => pbrt::translate(path, base, &stem),
         Some(ending) if ending.eq_ignore_ascii_case("obj") => obj::translate(path, base),
-        _ => Err(SceneError::invalid("this kind of file is not translated", "give a .xml or .obj file").in_file(path)),
+        _ => {
+            Err(SceneError::invalid("this kind of file is not translated", "give a .xml, .pbrt or .obj file")
+                .in_file(path))
+        }
     }
 }
 
 fn unknown(name: &str, path: &Path) -> SceneError {
     if path.exists() {
-        let mend = "scenes are read from `.toml`, `.obj`, `.ply` and Mitsuba's `.xml` files";
+        let mend = "scenes are read from `.toml`, `.obj`, `.ply`, Mitsuba's `.xml` and pbrt's `.pbrt` files";
         return SceneError::invalid("this kind of file is not read", mend).in_file(path);
     }
-    let mend = format!("{}; or give the path of a .toml, .obj, .ply or .xml file", did_you_mean(name, builtin::NAMES));
+    let mend =
+        format!("{}; or give the path of a .toml, .obj, .ply, .xml or .pbrt file", did_you_mean(name, builtin::NAMES));
     SceneError::Unknown { name: name.to_string(), mend }
 }
 
@@ -128,7 +134,7 @@ fn unreadable(path: &Path, error: std::io::Error) -> SceneError {
     let siblings: Vec<&str> = siblings.iter().map(String::as_str).collect();
     let mend = match suggest::nearest(name, &siblings) {
         Some(near) if near != name => format!("did you mean `{}`?", path.with_file_name(near).display()),
-        _ => "give the path of a .toml, .obj, .ply or .xml file".to_string(),
+        _ => "give the path of a .toml, .obj, .ply, .xml or .pbrt file".to_string(),
     };
     SceneError::unreadable(path, error, mend)
 }

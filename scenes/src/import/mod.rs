@@ -1,6 +1,6 @@
 //! Importers of other programs' files.
 //!
-//! [`mitsuba`] translates scenes into scene files, in the manner of [`translation`].
+//! [`mitsuba`] and [`pbrt`] translate scenes into scene files, in the manner of [`translation`].
 //!
 //! [`obj`] and [`ply`] read meshes, [`mtl`] reads material libraries, [`appearance`] decides what becomes of those,
 //! [`polygon`] cuts faces into triangles, [`solid`] mends the orientation of closed bodies, [`viewpoint`] chooses a
@@ -10,6 +10,7 @@ pub mod appearance;
 pub mod mitsuba;
 pub mod mtl;
 pub mod obj;
+pub mod pbrt;
 pub mod ply;
 pub mod polygon;
 pub mod solid;

@@ -80,7 +80,7 @@ pub fn scene(path: &Path, name: &str, size: Option<(u32, u32)>) -> Result<SceneB
 }
 
 /// Reads the bytes of a file.
-fn read(bytes: &[u8]) -> Result<Model, SceneError> {
+pub(crate) fn read(bytes: &[u8]) -> Result<Model, SceneError> {
     let header = Header::read(bytes)?;
     let mut body = Body { rest: &bytes[header.length..], format: header.format };
     let mut mesh = MeshData::default();

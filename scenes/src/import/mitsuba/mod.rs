@@ -10,15 +10,15 @@ mod context;
 mod emitter;
 mod index;
 mod material;
-mod mesh;
-mod observer;
+pub(super) mod mesh;
+pub(super) mod observer;
 mod plugin;
 mod sensor;
 mod serialized;
 mod shape;
 mod spectrum;
 mod texture;
-mod transform;
+pub(super) mod transform;
 mod xml;
 
 #[cfg(test)]

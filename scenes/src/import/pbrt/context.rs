@@ -1,0 +1,194 @@
+//! What a translation knows while it goes on: what has which name, where files are, and what is written so far.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use super::parameters::Parameters;
+use crate::error::SceneError;
+use crate::import::translation::{Attachment, Lines, NoteKind, Notes, Place, named_from};
+
+/// How deep textures and materials may refer to others of their kind.
+const MAX_NESTING: usize = 32;
+/// How often they may in all.
+const MAX_VISITS: usize = 4_000_000;
+
+/// The state of a translation.
+pub struct Context {
+    /// The folder of the scene's own file.
+    folder: PathBuf,
+    /// Where paths start that the text names.
+    base: PathBuf,
+    /// How attachments are called, but for their number.
+    stem: String,
+    /// What is written so far.
+    pub materials: Lines,
+    /// What is written so far.
+    pub shapes: Lines,
+    /// What is written so far.
+    pub emitters: Lines,
+    /// What is to be told.
+    pub notes: Notes,
+    /// Meshes without a file.
+    pub attachments: Vec<Attachment>,
+    by_hash: HashMap<u64, Vec<usize>>,
+    missing: Vec<(Place, String)>,
+    /// Textures of numbers, by name.
+    pub float_textures: BTreeMap<String, Rc<Parameters>>,
+    /// Textures of colours, by name.
+    pub colour_textures: BTreeMap<String, Rc<Parameters>>,
+    /// Materials by name.
+    pub named_materials: BTreeMap<String, Rc<Parameters>>,
+    /// Materials written, by what they are and by their mask.
+    pub written: BTreeMap<(String, String), String>,
+    taken: BTreeSet<String>,
+    nesting: usize,
+    visits: usize,
+    /// Whether there is an environment.
+    pub has_environment: bool,
+    /// By what the film multiplies light.
+    pub exposure: f64,
+}
+
+impl Context {
+    /// Before anything is written.
+    pub fn new(path: &Path, base: &Path, stem: &str) -> Self {
+        Self {
+            folder: path.parent().unwrap_or(Path::new("")).to_path_buf(),
+            base: base.to_path_buf(),
+            stem: stem.to_string(),
+            materials: Lines::default(),
+            shapes: Lines::default(),
+            emitters: Lines::default(),
+            notes: Notes::default(),
+            attachments: Vec::new(),
+            by_hash: HashMap::new(),
+            missing: Vec::new(),
+            float_textures: BTreeMap::new(),
+            colour_textures: BTreeMap::new(),
+            named_materials: BTreeMap::new(),
+            written: BTreeMap::new(),
+            taken: BTreeSet::new(),
+            nesting: 0,
+            visits: 0,
+            has_environment: false,
+            exposure: 1.0,
+        }
+    }
+
+    /// Begins to read a thing that may refer to others of its kind: none may contain itself, or be repeated without end.
+    pub fn enter(&mut self, parameters: &Parameters) -> Result<(), SceneError> {
+        (self.nesting, self.visits) = (self.nesting + 1, self.visits + 1);
+        if self.nesting > MAX_NESTING {
+            let message = format!("{} contains itself, or more than {MAX_NESTING} others", parameters.title());
+            return Err(parameters.place.error(message, "take one of the names out"));
+        }
+        if self.visits > MAX_VISITS {
+            let message = format!("more than {MAX_VISITS} materials and textures are referred to");
+            return Err(parameters.place.error(message, "let names repeat less"));
+        }
+        Ok(())
+    }
+
+    /// Ends what [`enter`](Self::enter) began.
+    pub fn leave(&mut self) {
+        self.nesting -= 1;
+    }
+
+    /// Notes something.
+    pub fn note(&mut self, kind: NoteKind, place: &Place, text: impl Into<String>) {
+        self.notes.add(kind, place, text);
+    }
+
+    /// Notes that something is not quite the same.
+    pub fn approximate(&mut self, place: &Place, text: impl Into<String>) {
+        self.note(NoteKind::Approximated, place, text);
+    }
+
+    /// Notes what became of something.
+    pub fn mapped(&mut self, parameters: &Parameters, what: &str) {
+        let text = format!("{} becomes {what}", parameters.title());
+        self.note(NoteKind::Mapped, &parameters.place, text);
+    }
+
+    /// A name for a material that no other has.
+    pub fn fresh_name(&mut self, wanted: &str) -> String {
+        let free = |name: &String| !self.taken.contains(name);
+        let first = std::iter::once(wanted.to_string());
+        let name = first.chain((2..).map(|n| format!("{wanted}_{n}"))).find(free).unwrap_or_default();
+        self.taken.insert(name.clone());
+        name
+    }
+
+    /// Where a file is, from the folder of the file that names it or from the scene's; `None`, and it is told later, where it is
+    /// nowhere.
+    pub fn find(&mut self, name: &str, place: &Place) -> Option<PathBuf> {
+        let own = place.file.parent().unwrap_or(Path::new("")).to_path_buf();
+        let plain = name.replace('\\', "/");
+        for name in [name, plain.as_str()] {
+            for folder in [&own, &self.folder] {
+                let path = folder.join(name);
+                if !name.contains('\0') && path.is_file() {
+                    return Some(path);
+                }
+            }
+        }
+        let item = (place.clone(), name.to_string());
+        if !self.missing.contains(&item) {
+            self.missing.push(item);
+        }
+        None
+    }
+
+    /// How the text names a file, which is missed if it is nowhere.
+    pub fn file_name(&mut self, name: &str, place: &Place) -> String {
+        match self.find(name, place) {
+            Some(path) => self.named_from_base(&path),
+            None => name.to_string(),
+        }
+    }
+
+    /// How the text names a file.
+    pub fn named_from_base(&self, path: &Path) -> String {
+        named_from(path, &self.base)
+    }
+
+    /// Keeps a mesh that has no file, and returns its name.
+    pub fn attach(&mut self, text: String) -> String {
+        let mut hasher = DefaultHasher::new();
+        text.hash(&mut hasher);
+        let alike = self.by_hash.entry(hasher.finish()).or_default();
+        if let Some(&same) = alike.iter().find(|&&i| self.attachments[i].text == text) {
+            return self.attachments[same].name.clone();
+        }
+        alike.push(self.attachments.len());
+        let name = format!("{}_mesh{:03}.obj", self.stem, self.attachments.len() + 1);
+        self.attachments.push(Attachment { name: name.clone(), text });
+        name
+    }
+
+    /// Tells of all files that were not found, in one error.
+    pub fn check_files(&self) -> Result<(), SceneError> {
+        let Some((place, _)) = self.missing.first() else { return Ok(()) };
+        let list: Vec<String> = self
+            .missing
+            .iter()
+            .map(|(at, name)| {
+                let name = super::lexer::shown(name);
+                if at.file == place.file { format!("`{name}` (line {})", at.line) } else { format!("`{name}` ({at})") }
+            })
+            .collect();
+        let message = match list.len() {
+            1 => format!("a file is not there: {}", list[0]),
+            n => format!("{n} files are not there: {}", list.join(", ")),
+        };
+        let folder = if self.folder.as_os_str().is_empty() { Path::new(".") } else { &self.folder };
+        Err(place.error(message, format!("they were looked for in {}", folder.display())))
+    }
+}
+
+/// A path without its folder.
+pub fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}

@@ -1,0 +1,400 @@
+//! Directives carried out one by one, with the attributes that they set.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use glam::DMat4;
+
+use super::camera::{self, Options};
+use super::context::{Context, file_name};
+use super::material::Material;
+use super::parameters::Parameters;
+use super::parser::{Parameter, Parser, Statement};
+use super::shape::{self, Record};
+use super::{light, transform};
+use crate::error::SceneError;
+use crate::import::translation::{NoteKind, Place};
+use crate::suggest::did_you_mean;
+
+/// How deep attributes may be nested.
+const MAX_DEPTH: usize = 1000;
+/// How deep files may include one another.
+const MAX_INCLUDES: usize = 32;
+/// How many files may be included in all.
+const MOST_FILES: usize = 10_000;
+/// How many shapes objects may be written out to, all instances together.
+const MOST_COPIES: usize = 100_000;
+/// From how many on copies are told of.
+const MANY_COPIES: usize = 100;
+
+/// What attributes hold.
+#[derive(Clone)]
+struct Graphics {
+    map: DMat4,
+    reversed: bool,
+    material: Material,
+    light: Option<Rc<Parameters>>,
+    /// Parameters that things of a kind have where they do not say otherwise.
+    usual: Rc<BTreeMap<String, Vec<Parameter>>>,
+}
+
+/// What was begun.
+#[derive(PartialEq)]
+enum Frame {
+    Attribute,
+    Transform,
+    Object,
+}
+
+/// A scene as far as it is read.
+pub struct State<'c> {
+    /// What is written meanwhile.
+    pub context: &'c mut Context,
+    /// What stands before `WorldBegin`.
+    pub options: Options,
+    /// The shapes.
+    pub records: Vec<Record>,
+    graphics: Graphics,
+    stack: Vec<(Frame, Graphics, Place)>,
+    systems: BTreeMap<String, DMat4>,
+    objects: BTreeMap<String, Vec<Record>>,
+    /// The object that is being read.
+    object: Option<(String, Vec<Record>)>,
+    in_world: bool,
+    open: Vec<PathBuf>,
+    files: usize,
+    copies: usize,
+}
+
+impl<'c> State<'c> {
+    /// Before the first directive.
+    pub fn new(context: &'c mut Context) -> Self {
+        Self {
+            context,
+            options: Options { camera: None, film: None, filter: None, integrator: None },
+            records: Vec::new(),
+            graphics: Graphics {
+                map: DMat4::IDENTITY,
+                reversed: false,
+                material: Material::Usual,
+                light: None,
+                usual: Rc::default(),
+            },
+            stack: Vec::new(),
+            systems: BTreeMap::new(),
+            objects: BTreeMap::new(),
+            object: None,
+            in_world: false,
+            open: Vec::new(),
+            files: 0,
+            copies: 0,
+        }
+    }
+
+    /// Carries out a file; `named_at` is where it is included, if it is.
+    pub fn file(&mut self, path: &Path, named_at: Option<&Place>) -> Result<(), SceneError> {
+        let wrong = |message: String, mend: &str| match named_at {
+            Some(place) => place.error(message, mend),
+            None => SceneError::invalid(message, mend).in_file(path),
+        };
+        let whole = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+        if let Some(first) = self.open.iter().position(|open| *open == whole) {
+            let chain: Vec<String> = self.open[first..].iter().map(|path| file_name(path)).collect();
+            let message = format!("a file includes itself: {} → {}", chain.join(" → "), file_name(&whole));
+            return Err(wrong(message, "take one of the `Include`s out"));
+        }
+        self.files += 1;
+        if self.open.len() >= MAX_INCLUDES || self.files > MOST_FILES {
+            return Err(wrong("too many files are included".to_string(), "put their text together"));
+        }
+        let bytes = std::fs::read(path)
+            .map_err(|error| SceneError::unreadable(path, error, "give the path of a .pbrt file"))?;
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+            let line = 1 + valid.iter().filter(|&&byte| byte == b'\n').count();
+            SceneError::invalid("the text is not UTF-8", "save the file as UTF-8").in_file(path).at_line(line)
+        })?;
+        self.open.push(whole);
+        let mut parser = Parser::new(&text, path.into());
+        while let Some(statement) = parser.statement()? {
+            self.carry_out(statement)?;
+        }
+        self.open.pop();
+        Ok(())
+    }
+
+    /// Ends the scene.
+    pub fn finish(&mut self, root: &Place) -> Result<(), SceneError> {
+        if let Some((frame, _, place)) = self.stack.pop() {
+            let (begun, end) = match frame {
+                Frame::Attribute => ("AttributeBegin", "AttributeEnd"),
+                Frame::Transform => ("TransformBegin", "TransformEnd"),
+                Frame::Object => ("ObjectBegin", "ObjectEnd"),
+            };
+            return Err(place.error(format!("`{begun}` is never ended"), format!("add `{end}`")));
+        }
+        if !self.in_world {
+            return Err(root.error("the scene has no world", "add `WorldBegin` before its lights and shapes"));
+        }
+        Ok(())
+    }
+
+    fn carry_out(&mut self, statement: Statement) -> Result<(), SceneError> {
+        let place = statement.place.clone();
+        match statement.name {
+            "Identity" => self.graphics.map = DMat4::IDENTITY,
+            "Translate" | "Scale" | "Rotate" | "LookAt" | "ConcatTransform" => {
+                self.graphics.map *= transform::read(&statement)?;
+                transform::check(&self.graphics.map, &statement)?;
+            }
+            "Transform" => self.graphics.map = transform::read(&statement)?,
+            "CoordinateSystem" => {
+                self.systems.insert(statement.texts[0].clone(), self.graphics.map);
+            }
+            "CoordSysTransform" => self.graphics.map = self.system(&statement)?,
+            "ReverseOrientation" => self.graphics.reversed = !self.graphics.reversed,
+            "AttributeBegin" => self.begin(Frame::Attribute, place)?,
+            "AttributeEnd" => self.end(Frame::Attribute, &statement)?,
+            "TransformBegin" => self.begin(Frame::Transform, place)?,
+            "TransformEnd" => self.end(Frame::Transform, &statement)?,
+            "ObjectBegin" => {
+                if self.object.is_some() {
+                    return Err(place.error("an object begins within another", "end that one by `ObjectEnd` first"));
+                }
+                self.begin(Frame::Object, place)?;
+                self.object = Some((statement.texts[0].clone(), Vec::new()));
+            }
+            "ObjectEnd" => {
+                self.end(Frame::Object, &statement)?;
+                if let Some((name, records)) = self.object.take() {
+                    self.objects.insert(name, records);
+                }
+            }
+            "ObjectInstance" => self.instance(&statement)?,
+            "WorldBegin" => self.world(&place)?,
+            "WorldEnd" => {}
+            "Include" | "Import" => self.include(&statement)?,
+            "NamedMaterial" => self.graphics.material = Material::Named(statement.texts[0].as_str().into(), place),
+            "Camera" => {
+                // It stands where its frame leads to; lights and shapes may name that frame.
+                self.systems.insert("camera".to_string(), self.graphics.map.inverse());
+                let map = self.graphics.map;
+                self.options.camera = Some((self.parameters("", statement), map));
+            }
+            "Film" => self.options.film = Some(self.parameters("", statement)),
+            "PixelFilter" => self.options.filter = Some(self.parameters("", statement)),
+            "Integrator" | "SurfaceIntegrator" => self.options.integrator = Some(self.parameters("", statement)),
+            "Sampler" => {
+                let text = "a `Sampler`: samples are asked for when a scene is rendered";
+                self.context.note(NoteKind::Ignored, &place, text);
+            }
+            "Attribute" => self.attribute(statement)?,
+            "ActiveTransform" | "TransformTimes" => {
+                self.context.approximate(&place, "motion is left out: of two transforms the last holds");
+            }
+            "ColorSpace" if statement.texts[0] == "srgb" => {}
+            "ColorSpace" => {
+                self.context.approximate(&place, "colours of another `ColorSpace` are taken as sRGB's");
+            }
+            "MakeNamedMedium" | "MediumInterface" => {
+                self.context.approximate(&place, "media are left out: light passes through them unhindered");
+            }
+            "MakeNamedMaterial" => self.named_material(statement)?,
+            "Material" => {
+                self.graphics.material = Material::Own(Rc::new(self.parameters("material", statement)));
+            }
+            "Texture" => self.texture(statement)?,
+            "AreaLightSource" => self.graphics.light = Some(Rc::new(self.parameters("light", statement))),
+            "LightSource" => {
+                self.needs_world(&statement)?;
+                let parameters = self.parameters("light", statement);
+                light::write(&parameters, &self.graphics.map, self.context)?;
+            }
+            "Shape" => self.shape(statement)?,
+            name => self.context.note(NoteKind::Ignored, &place, format!("`{name}`, which changes no light")),
+        }
+        Ok(())
+    }
+
+    /// A directive's parameters, with those that `Attribute` has set for things of its kind.
+    fn parameters(&self, target: &str, mut statement: Statement) -> Parameters {
+        let kind = if statement.texts.is_empty() { String::new() } else { statement.texts.swap_remove(0) };
+        let mut list = statement.parameters;
+        list.extend(self.graphics.usual.get(target).into_iter().flatten().cloned());
+        Parameters::new(statement.name, kind, statement.place, list)
+    }
+
+    fn begin(&mut self, frame: Frame, place: Place) -> Result<(), SceneError> {
+        if self.stack.len() >= MAX_DEPTH {
+            return Err(place.error(format!("attributes are nested more than {MAX_DEPTH} deep"), "nest them less"));
+        }
+        self.stack.push((frame, self.graphics.clone(), place));
+        Ok(())
+    }
+
+    fn end(&mut self, frame: Frame, statement: &Statement) -> Result<(), SceneError> {
+        let name = statement.name;
+        match self.stack.pop() {
+            // A transform alone comes back; what else was set within stays.
+            Some((begun, graphics, _)) if begun == frame => {
+                if frame == Frame::Transform {
+                    self.graphics.map = graphics.map;
+                } else {
+                    self.graphics = graphics;
+                }
+                Ok(())
+            }
+            Some((_, _, begun)) => {
+                let message = format!("`{name}` ends what something else began at {begun}");
+                Err(statement.place.error(message, "end what was begun last first"))
+            }
+            None => Err(statement.place.error(format!("`{name}` ends nothing"), "take it out")),
+        }
+    }
+
+    fn system(&self, statement: &Statement) -> Result<DMat4, SceneError> {
+        let name = &statement.texts[0];
+        self.systems.get(name).copied().ok_or_else(|| {
+            let names: Vec<&str> = self.systems.keys().map(String::as_str).collect();
+            let message = format!("there is no coordinate system `{}`", super::lexer::shown(name));
+            statement.place.error(message, did_you_mean(name, &names))
+        })
+    }
+
+    fn world(&mut self, place: &Place) -> Result<(), SceneError> {
+        if std::mem::replace(&mut self.in_world, true) {
+            return Err(place.error("the world begins a second time", "keep one `WorldBegin`"));
+        }
+        self.graphics.map = DMat4::IDENTITY;
+        self.systems.insert("world".to_string(), DMat4::IDENTITY);
+        self.context.exposure = camera::exposure(&self.options, self.context)?;
+        Ok(())
+    }
+
+    fn needs_world(&self, statement: &Statement) -> Result<(), SceneError> {
+        if self.in_world {
+            return Ok(());
+        }
+        let message = format!("`{}` stands before `WorldBegin`", statement.name);
+        Err(statement.place.error(message, "move it behind"))
+    }
+
+    fn include(&mut self, statement: &Statement) -> Result<(), SceneError> {
+        let Some(path) = self.context.find(&statement.texts[0], &statement.place) else { return Ok(()) };
+        let before = (statement.name == "Import").then(|| self.graphics.clone());
+        self.file(&path, Some(&statement.place))?;
+        if let Some(before) = before {
+            self.graphics = before;
+        }
+        Ok(())
+    }
+
+    fn attribute(&mut self, statement: Statement) -> Result<(), SceneError> {
+        let target = &statement.texts[0];
+        let targets = ["shape", "light", "material", "medium", "texture"];
+        if !targets.contains(&target.as_str()) {
+            let message = format!("there are no attributes of `{}`", super::lexer::shown(target));
+            return Err(statement.place.error(message, did_you_mean(target, &targets)));
+        }
+        // The last that is said of a name holds.
+        let list = Rc::make_mut(&mut self.graphics.usual).entry(target.clone()).or_default();
+        for parameter in statement.parameters {
+            list.retain(|other| other.name != parameter.name);
+            list.push(parameter);
+        }
+        Ok(())
+    }
+
+    fn named_material(&mut self, statement: Statement) -> Result<(), SceneError> {
+        let name = statement.texts[0].clone();
+        let mut parameters = self.parameters("material", statement);
+        let Some(kind) = parameters.text("type")?.map(str::to_string) else {
+            return Err(parameters
+                .place
+                .error("a material has no `type`", "add one such as `\"string type\" \"diffuse\"`"));
+        };
+        let place = parameters.place.clone();
+        parameters.kind = kind;
+        let made = Rc::new(parameters);
+        if self.context.named_materials.insert(name, made).is_some() {
+            self.context.approximate(&place, "of two materials of a name the last holds everywhere");
+        }
+        Ok(())
+    }
+
+    fn texture(&mut self, mut statement: Statement) -> Result<(), SceneError> {
+        let kind = statement.texts.swap_remove(1);
+        let name = statement.texts.swap_remove(0);
+        let place = statement.place.clone();
+        let parameters = Rc::new(self.parameters("texture", statement));
+        let textures = match kind.as_str() {
+            "float" => &mut self.context.float_textures,
+            "spectrum" | "color" => &mut self.context.colour_textures,
+            _ => {
+                let message = format!("a texture is of `{}`", super::lexer::shown(&kind));
+                return Err(place.error(message, "write `float` or `spectrum`"));
+            }
+        };
+        if textures.insert(name, parameters).is_some() {
+            self.context.approximate(&place, "of two textures of a name the last holds everywhere");
+        }
+        Ok(())
+    }
+
+    fn shape(&mut self, statement: Statement) -> Result<(), SceneError> {
+        self.needs_world(&statement)?;
+        let parameters = self.parameters("shape", statement);
+        let place = parameters.place.clone();
+        let light = self.graphics.light.clone();
+        let light = if light.is_some() && self.object.is_some() {
+            self.context.approximate(&place, "shapes of objects do not emit, as in pbrt");
+            None
+        } else {
+            light
+        };
+        let has_power = light.as_ref().is_some_and(|light| light.find("power").is_some());
+        let alpha = parameters.find("alpha").cloned();
+        let Some(geometry) = shape::read(&parameters, has_power, self.context)? else { return Ok(()) };
+        let record = Record {
+            geometry: Rc::new(geometry),
+            transform: self.graphics.map,
+            reversed: self.graphics.reversed,
+            material: self.graphics.material.clone(),
+            alpha,
+            light,
+            place,
+        };
+        match &mut self.object {
+            Some((_, records)) => records.push(record),
+            None => self.records.push(record),
+        }
+        Ok(())
+    }
+
+    fn instance(&mut self, statement: &Statement) -> Result<(), SceneError> {
+        let (name, place) = (&statement.texts[0], &statement.place);
+        if self.object.is_some() {
+            return Err(place.error("an instance stands within an object", "end the object by `ObjectEnd` first"));
+        }
+        let Some(records) = self.objects.get(name) else {
+            let names: Vec<&str> = self.objects.keys().map(String::as_str).collect();
+            let message = format!("there is no object `{}`", super::lexer::shown(name));
+            return Err(place.error(message, did_you_mean(name, &names)));
+        };
+        let before = self.copies;
+        self.copies += records.len();
+        if self.copies > MOST_COPIES {
+            let message = format!("instances would be written out to more than {MOST_COPIES} shapes");
+            return Err(place.error(message, "use fewer instances"));
+        }
+        if before < MANY_COPIES && self.copies >= MANY_COPIES {
+            let text = format!("instances are written out as copies, {MANY_COPIES} shapes and more");
+            self.context.note(NoteKind::Mapped, place, text);
+        }
+        let map = self.graphics.map;
+        self.records
+            .extend(records.iter().map(|record| Record { transform: map * record.transform, ..record.clone() }));
+        Ok(())
+    }
+}

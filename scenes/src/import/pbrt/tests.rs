@@ -1,0 +1,205 @@
+//! Every construct: what it becomes, and that scene files may say so.
+
+mod cameras;
+mod hostile;
+mod real;
+mod surfaces;
+
+use std::path::Path;
+
+use tempfile::TempDir;
+
+use super::translate;
+use crate::import::translation::{NoteKind, Translation};
+use crate::needs::Skip;
+
+const CAMERA: &str = "LookAt 0 0 4 0 0 0 0 1 0 Camera \"perspective\" \"float fov\" 40 Film \"rgb\" \"integer xresolution\" 16 \
+     \"integer yresolution\" 12 Integrator \"path\" WorldBegin";
+
+fn folder(files: &[(&str, &str)]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in files {
+        let path = folder.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    }
+    folder
+}
+
+fn open(folder: &TempDir) -> Result<Translation, String> {
+    let error =
+        |error: crate::error::SceneError| error.to_string().replace(&format!("{}/", folder.path().display()), "");
+    translate(&folder.path().join("a.pbrt"), folder.path(), "a").map_err(error)
+}
+
+/// The translation of a scene that holds this behind a camera.
+fn made_of(body: &str) -> Translation {
+    made_with(body, &[])
+}
+
+fn made_with(body: &str, files: &[(&str, &str)]) -> Translation {
+    let text = format!("{CAMERA}\n{body}\n");
+    let folder = folder(&[&[("a.pbrt", text.as_str())], files].concat());
+    open(&folder).unwrap_or_else(|error| panic!("{error}\n{body}"))
+}
+
+/// The error of a scene that holds this, on its second line, behind a camera.
+fn fault(body: &str) -> String {
+    let folder = folder(&[("a.pbrt", &format!("{CAMERA}\n{body}\n"))]);
+    open(&folder).map(|translation| translation.text).expect_err(body)
+}
+
+fn notes(translation: &Translation, kind: NoteKind) -> Vec<String> {
+    translation.notes.iter().filter(|note| note.kind == kind).map(|note| note.text.clone()).collect()
+}
+
+/// The scene's table, which a scene file may hold.
+fn table(translation: &Translation) -> toml::Table {
+    translation.text.parse().unwrap()
+}
+
+fn vector(value: &toml::Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(|x| x.as_float().unwrap()).collect()
+}
+
+#[test]
+fn attributes_nest_and_transforms_come_back() {
+    let text = "AttributeBegin Translate 1 0 0 Material \"diffuse\" \"rgb reflectance\" [ .1 .2 .3 ] TransformBegin Scale 2 2 2 \
+                ReverseOrientation Shape \"sphere\" TransformEnd Shape \"sphere\" AttributeEnd Shape \"sphere\" \"float radius\" 3";
+    let translation = made_of(text);
+    let table = table(&translation);
+    let shapes = table["shapes"].as_array().unwrap();
+    let matrix = |i: usize| shapes[i].get("transform").map(|steps| vector(&steps.as_array().unwrap()[0]["matrix"]));
+    assert_eq!(matrix(0).unwrap(), [2.0, 0.0, 0.0, 1.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    assert_eq!(matrix(1).unwrap()[..4], [1.0, 0.0, 0.0, 1.0]);
+    assert_eq!(matrix(2), None);
+    // What is set within a transform's frame stays.
+    let flipped: Vec<bool> = shapes.iter().map(|shape| shape.get("flip").is_some()).collect();
+    assert_eq!(flipped, [true, true, false]);
+    assert_eq!(shapes[2]["material"].as_str(), Some("default"));
+    assert_eq!(vector(&table["materials"]["diffuse_line2"]["albedo"]), [0.1, 0.2, 0.3]);
+    translation.read("a", Path::new("."), None).unwrap().build(Skip::Unneeded).unwrap();
+}
+
+#[test]
+fn every_transform_is_column_by_column_and_the_last_is_first() {
+    let matrix = |text: &str| {
+        let table = table(&made_of(&format!("{text} Shape \"disk\"")));
+        vector(&table["shapes"][0]["transform"][0]["matrix"])
+    };
+    let plain = matrix("Transform [ 1 0 0 0 0 1 0 0 0 0 1 0 5 6 7 1 ]");
+    assert_eq!([plain[3], plain[7], plain[11]], [5.0, 6.0, 7.0]);
+    assert_eq!(
+        matrix("Translate 1 2 3 ConcatTransform [ 2 0 0 0 0 2 0 0 0 0 2 0 1 0 0 1 ]")[..4],
+        [2.0, 0.0, 0.0, 2.0]
+    );
+    let turned = matrix("Rotate 90 0 0 1");
+    assert!((turned[1] + 1.0).abs() < 1e-12 && (turned[4] - 1.0).abs() < 1e-12);
+    let named = "Translate 1 2 3 CoordinateSystem \"here\" Identity Scale 9 9 9 CoordSysTransform \"here\"";
+    assert_eq!(matrix(named)[3], 1.0);
+    // The camera's frame stands where the camera does.
+    assert!((matrix("CoordSysTransform \"camera\"")[11] - 4.0).abs() < 1e-12);
+}
+
+#[test]
+fn objects_are_copied_with_both_transforms_and_emit_nothing() {
+    let text = "ObjectBegin \"ball\" Translate 1 0 0 AreaLightSource \"diffuse\" Shape \"sphere\" Shape \"disk\" ObjectEnd \
+                Translate 0 5 0 ObjectInstance \"ball\" Scale 2 2 2 ObjectInstance \"ball\"";
+    let translation = made_of(text);
+    let table = table(&translation);
+    let shapes = table["shapes"].as_array().unwrap();
+    assert_eq!(shapes.len(), 4);
+    let matrix = vector(&shapes[2]["transform"][0]["matrix"]);
+    assert_eq!([matrix[0], matrix[3], matrix[7]], [2.0, 2.0, 5.0]);
+    assert!(!translation.text.contains("emission"));
+    assert!(notes(&translation, NoteKind::Approximated).iter().any(|note| note.contains("do not emit")));
+}
+
+#[test]
+fn attributes_hold_where_nothing_is_said() {
+    let text = "Attribute \"shape\" \"float radius\" 3 \"float zmin\" -9 Shape \"sphere\" Shape \"sphere\" \"float radius\" 2 \
+                Attribute \"shape\" \"float radius\" 4 Shape \"disk\"";
+    let table = table(&made_of(text));
+    let radii: Vec<f64> = (0..2).map(|i| table["shapes"][i]["radius"].as_float().unwrap()).collect();
+    assert_eq!(radii, [3.0, 2.0]);
+    assert_eq!(vector(&table["shapes"][2]["edge_u"]), [4.0, 0.0, 0.0]);
+}
+
+#[test]
+fn included_files_are_found_from_their_own_folder() {
+    let files = [
+        ("parts/b.pbrt", "Translate 1 0 0 Material \"diffuse\" Include \"c.pbrt\""),
+        ("parts/c.pbrt", "Shape \"sphere\""),
+        ("d.pbrt", "Translate 7 0 0 Shape \"sphere\""),
+    ];
+    let translation = made_with("Import \"d.pbrt\" Include \"parts/b.pbrt\" Shape \"disk\"", &files);
+    let table = table(&translation);
+    let x: Vec<f64> = (0..3).map(|i| vector(&table["shapes"][i]["transform"][0]["matrix"])[3]).collect();
+    // What a file that is imported sets ends with it.
+    assert_eq!(x, [7.0, 1.0, 1.0]);
+    let place = translation.places.iter().find(|place| place.file.ends_with("c.pbrt"));
+    assert_eq!(place.map(|place| place.line), Some(1));
+}
+
+#[test]
+fn emitters() {
+    let emitter = |text: &str| {
+        let translation = made_of(&format!("Shape \"sphere\" {text}"));
+        translation.read("a", Path::new("."), None).unwrap().build(Skip::Unneeded).unwrap();
+        table(&translation)["emitters"][0].clone()
+    };
+    let point =
+        emitter("Translate 1 0 0 LightSource \"point\" \"rgb I\" [2 2 2] \"float scale\" 3 \"point3 from\" [0 1 0]");
+    assert_eq!((point["type"].as_str(), point["intensity"].as_float()), (Some("point"), Some(6.0)));
+    assert_eq!(vector(&point["position"]), [1.0, 1.0, 0.0]);
+    let lamp = emitter("LightSource \"point\" \"float power\" 100");
+    assert!((lamp["intensity"].as_float().unwrap() - 100.0 / (4.0 * std::f64::consts::PI)).abs() < 1e-9);
+    let spot =
+        emitter("LightSource \"spot\" \"float coneangle\" 40 \"float conedeltaangle\" 10 \"point3 to\" [0 -1 0]");
+    assert_eq!((spot["cutoff"].as_float(), spot["beam"].as_float()), (Some(40.0), Some(30.0)));
+    assert_eq!((spot["falloff"].as_str(), vector(&spot["target"])), (Some("smooth"), vec![0.0, -1.0, 0.0]));
+    let sun = emitter("LightSource \"distant\" \"point3 from\" [0 2 0] \"point3 to\" [0 0 0] \"float illuminance\" 5");
+    assert_eq!((vector(&sun["direction"]), sun["irradiance"].as_float()), (vec![0.0, -1.0, 0.0], Some(5.0)));
+    // Whatever the value of a constant spectrum, its luminance is 1.
+    let sky = emitter("LightSource \"infinite\" \"spectrum L\" [ 200 5 900 5 ] \"float scale\" 2");
+    let radiance = vector(&sky["radiance"]);
+    assert!(radiance.iter().zip([2.41, 1.896, 1.818]).all(|(a, b)| (a - b).abs() < 0.04), "{radiance:?}");
+    let grey = emitter("LightSource \"infinite\" \"rgb L\" [.5 .5 .5]");
+    assert_eq!(grey["radiance"].as_float(), Some(0.5));
+}
+
+#[test]
+fn environments_have_equal_areas_since_the_fourth_version() {
+    let files = [("sky.exr", "")];
+    let body =
+        |name: &str| format!("Scale -1 1 1 Rotate 90 1 0 0 LightSource \"infinite\" \"string {name}\" \"sky.exr\"");
+    let new = table(&made_with(&body("filename"), &files))["emitters"][0].clone();
+    assert_eq!((new["mapping"].as_str(), new["image"].as_str()), (Some("equal_area"), Some("sky.exr")));
+    let turn = vector(&new["transform"][0]["matrix"]);
+    assert!((turn[0] + 1.0).abs() < 1e-12 && (turn[6] + 1.0).abs() < 1e-12, "{turn:?}");
+    let old =
+        table(&made_with("LightSource \"infinite\" \"string mapname\" \"sky.exr\"", &files))["emitters"][0].clone();
+    assert!(old.get("mapping").is_none());
+    let turn = vector(&old["transform"][0]["matrix"]);
+    // Our +y, the upper edge, is v3's +z; our centre, +z, its −x.
+    assert_eq!([turn[9], turn[2], turn[4]], [1.0, -1.0, 1.0]);
+}
+
+#[test]
+fn surfaces_emit_on_one_side_or_two() {
+    let shape = |text: &str| {
+        let translation = made_of(&format!("AreaLightSource \"diffuse\" {text}"));
+        translation.read("a", Path::new("."), None).unwrap().build(Skip::Unneeded).unwrap();
+        table(&translation)["shapes"][0].clone()
+    };
+    let plain = shape("\"rgb L\" [17 12 4] Shape \"sphere\"");
+    assert_eq!((vector(&plain["emission"]), plain.get("two_sided")), (vec![17.0, 12.0, 4.0], None));
+    let both = shape("\"rgb L\" [1 1 1] \"float scale\" 2 \"bool twosided\" true Shape \"sphere\"");
+    assert_eq!((both["emission"].as_float(), both["two_sided"].as_bool()), (Some(2.0), Some(true)));
+    let power = shape("\"float power\" 10 Scale 2 2 2 Shape \"disk\"");
+    let radiance = 10.0 / (4.0 * std::f64::consts::PI.powi(2));
+    assert!((power["emission"].as_float().unwrap() - radiance).abs() < 1e-9);
+    let mesh = "Scale 3 1 1 Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2]";
+    let power = shape(&format!("\"float power\" 3 {mesh}"));
+    assert!((power["emission"].as_float().unwrap() - 2.0 / std::f64::consts::PI).abs() < 1e-9);
+}
