@@ -107,7 +107,7 @@ fn parallel_light_through_glass() {
 
 #[test]
 fn image_over_a_room_with_glass_and_mirror() {
-    for mapping in Mapping::ALL {
+    for mapping in [Mapping::Equirectangular, Mapping::EqualArea] {
         let sky = sky(mapping, 3.0);
         let scene = lit("sky", Balls::GlassAndMirror, |builder| builder.environment_image(sky));
         agree(&format!("{mapping:?} sky over a room"), &scene, 4, &entries(48), 0.8);
@@ -150,7 +150,7 @@ fn one_colour_is_constant() {
     let reference =
         measure(&constant, method_with("path", json!({})).as_ref(), "constant", Budget::samples(48).up_to(4));
     let mut family = Family::new("image of one colour");
-    for mapping in Mapping::ALL {
+    for mapping in [Mapping::Equirectangular, Mapping::EqualArea] {
         let image = Arc::new(Image::from_linear(4, 4, vec![[0.6, 0.4, 0.25, 1.0]; 16]).unwrap());
         let rotation = sky(mapping, 1.0).rotation;
         let image = EnvironmentImage { image, mapping, scale: Spectrum::splat(2.0), rotation };

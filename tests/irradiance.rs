@@ -1,12 +1,16 @@
-//! Emitters over a plane whose irradiance has a closed form: order 1 of every method.
+//! Emitters over a plane whose irradiance has a closed form: order 1 of every method, and order 0 of what a meter on it measures.
 //!
 //! False-alarm rate: 0.1 % for each test (Šidák over its methods, orders and blocks).
 
-use crate::support::{ALL, Budget, COLUMNS, Family, Truth, camera, lambert, method, shining, sky};
+use crate::support::{
+    ALL, Budget, COLUMNS, Estimate, Family, GAUSS, Truth, camera, exact, grey, lambert, measure, method, plain,
+    shining, sky,
+};
 use glam::{DVec3, dvec3};
 use sampling::math::Spectrum;
 use sampling::vec3;
-use scenes::{Falloff, Interaction, Mapping, Scene, SceneBuilder, Skip, Spot};
+use scenes::camera::Receiver;
+use scenes::{CameraSettings, Falloff, Interaction, Mapping, Projection, Scene, SceneBuilder, Skip, Spot};
 use std::f64::consts::PI;
 
 const ALBEDO: f32 = 0.7;
@@ -167,4 +171,63 @@ fn environment_image() {
         }
         compare(&scene, 128, |_| irradiance);
     }
+}
+
+/// What meters of every shape measure of all orders in a furnace, π times the radiance there; and of a disk and a rectangle
+/// overhead, which they see as order 0: one lies on the floor itself.
+#[test]
+fn meters_measure_what_falls_on_them() {
+    let mut family = Family::new("irradiance meters");
+    let receivers = [Receiver::Point, Receiver::Rectangle([0.3, 0.2]), Receiver::Disk(0.15), Receiver::Sphere(0.2)];
+    let mut check = |scene: &Scene, label: &str, samples: u32, exact: &[f64]| {
+        for name in ALL {
+            let budget = Budget::samples(samples).up_to(exact.len() - 1);
+            let rendered = measure(scene, plain(name).as_ref(), &format!("{label} {name}"), budget);
+            for (layer, exact) in exact.iter().enumerate().take(rendered.measurement.layers.len()) {
+                family.image(format!("{label}, {name}, order {layer}"), rendered.image(layer), Estimate::exact(*exact));
+            }
+        }
+    };
+    let meter = |receiver, position: DVec3, target: DVec3| CameraSettings {
+        projection: Projection::Irradiance(receiver),
+        up: dvec3(0.3, 0.0, 1.0),
+        ..CameraSettings::pinhole(position, target, 40.0, (1, 1))
+    };
+    for receiver in receivers {
+        let mut builder = scenes::load::open("furnace", None).unwrap();
+        builder.camera(meter(receiver, dvec3(-0.1, 0.2, 0.3), dvec3(0.1, -0.1, -0.5)));
+        let scene = builder.build(Skip::Unneeded).unwrap();
+        let radiance = |order| grey(exact(&scene, order, vec3(0.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0)));
+        let known: Vec<f64> = (0..4).map(|order| PI * radiance(order)).collect();
+        check(&scene, &format!("furnace, {receiver:?}"), 128, &known);
+    }
+    // A disk of radius R at the height h over a point that faces it: E = π L R² / (R² + h²).
+    let (radius, height, radiance) = (0.4, 0.6, 3.0);
+    let mut builder = floor("disk over a meter");
+    let black = builder.material(lambert(0.0));
+    let at = dvec3(0.1, 0.0, -0.2);
+    let lamp = builder.disk(at + DVec3::Y * height, DVec3::X * radius, DVec3::Z * radius, black);
+    builder.emit(lamp, shining(radiance as f32));
+    builder.camera(meter(Receiver::Point, at, at + DVec3::Y));
+    let scene = builder.build(Skip::Unneeded).unwrap();
+    check(&scene, "disk", 512, &[PI * radiance * radius * radius / (radius * radius + height * height)]);
+    // A quad over a rectangle on the floor: the mean of Lambert's formula over the rectangle, by Gauss's rule.
+    let corners = [dvec3(-0.3, 0.6, -0.2), dvec3(0.5, 0.6, -0.2), dvec3(0.5, 0.9, 0.4), dvec3(-0.3, 0.9, 0.4)];
+    let mut builder = floor("quad over a meter");
+    let black = builder.material(lambert(0.0));
+    let lamp = builder.quad(corners[0], corners[1] - corners[0], corners[3] - corners[0], black);
+    builder.emit(lamp, shining(radiance as f32));
+    let sides = [0.5, 0.3];
+    let settings = CameraSettings { up: DVec3::Z, ..meter(Receiver::Rectangle(sides), at, at + DVec3::Y) };
+    builder.camera(settings);
+    let scene = builder.build(Skip::Unneeded).unwrap();
+    let mut mean = 0.0;
+    for (x, a) in GAUSS {
+        for (z, b) in GAUSS {
+            let p = at + dvec3((x - 0.5) * sides[0], 0.0, (z - 0.5) * sides[1]);
+            mean += a * b * radiance * lambert_irradiance(p, DVec3::Y, &corners);
+        }
+    }
+    check(&scene, "quad", 512, &[mean]);
+    family.finish(0.9);
 }

@@ -16,6 +16,7 @@ mod meshes;
 mod mis_weights;
 mod needs;
 mod orders;
+mod real_scenes;
 mod refraction;
 mod roulette;
 mod samplers;

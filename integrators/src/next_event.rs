@@ -82,7 +82,7 @@ pub fn weight2(heuristic: Heuristic, pdf: f32, other: f32) -> f64 {
 #[inline]
 pub fn camera_response(scene: &Scene, at: &SurfacePoint, d: Vec3) -> Option<(f32, Vec2)> {
     let (_, raster) = scene.camera.we(at, d)?;
-    // Samples of the camera have weight 1: We·cos is the density of their directions.
+    // All samples of a camera weigh the same: We·cos is the density of their directions, times that.
     let (_, pdf_d) = scene.camera.pdf_we(at, d);
-    Some((pdf_d, raster))
+    Some((scene.camera.weight() * pdf_d, raster))
 }

@@ -46,7 +46,10 @@ impl Raster {
         }
         let edges = match settings.projection {
             Projection::Equirectangular => Edges::Sphere,
-            Projection::Pinhole { .. } | Projection::ThinLens { .. } | Projection::Orthographic { .. } => Edges::Border,
+            Projection::Pinhole { .. }
+            | Projection::ThinLens { .. }
+            | Projection::Orthographic { .. }
+            | Projection::Irradiance(_) => Edges::Border,
         };
         Ok(Raster::new(width, height, filter, edges))
     }

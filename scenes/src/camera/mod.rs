@@ -3,7 +3,7 @@
 //! Raster coordinates are in pixels over `[0, width) × [0, height)`, x to the right and y down. The importance is
 //! normalised over the whole film, ∫∫ We cosθ dω dA = 1, so that a measurement is the mean over the film (and over the lens); a
 //! pixel's value is that of the film's part, times the number of pixels: the mean of radiance under the pixel's filter, whatever
-//! the camera. A pixel filter wider than a pixel reaches beyond the film: there the density of raster positions goes on as on
+//! the camera; but for an irradiance meter, whose importance is π times that, as irradiance is of radiance. A pixel filter wider than a pixel reaches beyond the film: there the density of raster positions goes on as on
 //! the film, and connections count as far as the filter reaches.
 //!
 //! A camera walk starts at a raster position and, on a lens, at a point of it; a connection samples the lens anew, uniformly
@@ -11,6 +11,7 @@
 
 mod equirectangular;
 mod film;
+mod irradiance;
 mod orthographic;
 mod pinhole;
 mod settings;
@@ -19,6 +20,7 @@ mod view;
 
 pub use equirectangular::Equirectangular;
 pub use film::{Edges, Raster};
+pub use irradiance::{Irradiance, Receiver};
 pub use orthographic::Orthographic;
 pub use pinhole::Pinhole;
 pub use settings::{CameraSettings, Crop, Projection};
@@ -38,7 +40,7 @@ use view::View;
 pub enum Rays {
     /// They leave from one point.
     FromPoint,
-    /// They leave from a lens, a point of which must be sampled.
+    /// They leave from a lens, or another surface, a point of which must be sampled.
     FromLens,
     /// They have one direction, and leave from the film: the camera is infinitely far, and densities are those of a place
     /// across that direction.
@@ -50,9 +52,10 @@ pub enum Rays {
 pub struct WeSample {
     /// The ray that leaves the camera.
     pub ray: Ray,
-    /// The camera's end of the path; the normal is the direction of the rays if they are parallel, and zero if not.
+    /// The camera's end of the path; the normal is the direction of the rays if they are parallel, that of an irradiance meter's
+    /// surface, and zero otherwise.
     pub at: SurfacePoint,
-    /// We·cosθ / (pdf_p·pdf_d).
+    /// We·cosθ / (pdf_p·pdf_d), the camera's [`weight`](Camera::weight).
     pub weight: f32,
     /// Density of the position \[1/m²\]; of the direction if the rays are parallel; 1 for either where it is certain.
     pub pdf_p: f32,
@@ -89,6 +92,8 @@ pub enum Camera {
     Orthographic(Orthographic),
     /// A point that sees all around.
     Equirectangular(Equirectangular),
+    /// A surface that measures what falls on it.
+    Irradiance(Irradiance),
 }
 
 impl Camera {
@@ -101,6 +106,7 @@ impl Camera {
             }
             Projection::Orthographic { extent } => Camera::Orthographic(Orthographic::new(settings, extent, shift)?),
             Projection::Equirectangular => Camera::Equirectangular(Equirectangular::new(settings, shift)?),
+            Projection::Irradiance(receiver) => Camera::Irradiance(Irradiance::new(settings, receiver, shift)?),
         })
     }
 
@@ -111,6 +117,7 @@ impl Camera {
             Camera::ThinLens(_) => "thin_lens",
             Camera::Orthographic(_) => "orthographic",
             Camera::Equirectangular(_) => "equirectangular",
+            Camera::Irradiance(_) => "irradiance",
         }
     }
 
@@ -122,6 +129,7 @@ impl Camera {
             Camera::ThinLens(camera) => &camera.film.raster,
             Camera::Orthographic(camera) => &camera.film.raster,
             Camera::Equirectangular(camera) => &camera.raster,
+            Camera::Irradiance(camera) => &camera.raster,
         }
     }
 
@@ -143,8 +151,11 @@ impl Camera {
         self.raster().filter
     }
 
-    /// Gives the pixels another filter.
+    /// Gives the pixels another filter; an irradiance meter keeps its box, beyond which there are no directions.
     pub fn set_filter(&mut self, filter: Filter) {
+        if matches!(self, Camera::Irradiance(_)) {
+            return;
+        }
         let Raster { width, height, edges, .. } = *self.raster();
         self.set_raster(Raster::new(width, height, filter, edges));
     }
@@ -161,6 +172,7 @@ impl Camera {
             Camera::ThinLens(camera) => camera.film.set_raster(raster),
             Camera::Orthographic(camera) => camera.film.set_raster(raster),
             Camera::Equirectangular(camera) => camera.raster = raster,
+            Camera::Irradiance(camera) => camera.raster = raster,
         }
     }
 
@@ -171,7 +183,15 @@ impl Camera {
             Camera::Pinhole(_) | Camera::Equirectangular(_) => Rays::FromPoint,
             Camera::ThinLens(_) => Rays::FromLens,
             Camera::Orthographic(_) => Rays::Parallel,
+            Camera::Irradiance(camera) if camera.is_point() => Rays::FromPoint,
+            Camera::Irradiance(_) => Rays::FromLens,
         }
+    }
+
+    /// What all samples weigh: the measurement over a mean of radiance.
+    #[inline]
+    pub fn weight(&self) -> f32 {
+        if matches!(self, Camera::Irradiance(_)) { Irradiance::WEIGHT } else { 1.0 }
     }
 
     #[inline]
@@ -181,6 +201,7 @@ impl Camera {
             Camera::ThinLens(camera) => &camera.view,
             Camera::Orthographic(camera) => &camera.view,
             Camera::Equirectangular(camera) => &camera.view,
+            Camera::Irradiance(camera) => &camera.view,
         }
     }
 
@@ -196,6 +217,7 @@ impl Camera {
             Camera::Pinhole(_) | Camera::Equirectangular(_) => 0.0,
             Camera::ThinLens(camera) => camera.radius,
             Camera::Orthographic(camera) => camera.film.reach(),
+            Camera::Irradiance(camera) => camera.reach(),
         };
         self.position().abs() + around
     }
@@ -208,6 +230,7 @@ impl Camera {
             Camera::ThinLens(camera) => camera.sample_we(raster, u_lens),
             Camera::Orthographic(camera) => camera.sample_we(raster),
             Camera::Equirectangular(camera) => camera.sample_we(raster),
+            Camera::Irradiance(camera) => camera.sample_we(raster, u_lens),
         }
     }
 
@@ -220,6 +243,7 @@ impl Camera {
             Camera::ThinLens(camera) => camera.we(at, d),
             Camera::Orthographic(_) => None,
             Camera::Equirectangular(camera) => Some(camera.we(d)),
+            Camera::Irradiance(camera) => camera.we(at, d),
         }
     }
 
@@ -232,6 +256,7 @@ impl Camera {
             Camera::ThinLens(camera) => camera.pdf_we(at, d),
             Camera::Orthographic(camera) => camera.pdf_we(),
             Camera::Equirectangular(camera) => camera.pdf_we(d),
+            Camera::Irradiance(camera) => camera.pdf_we(at, d),
         }
     }
 
@@ -243,6 +268,7 @@ impl Camera {
             Camera::ThinLens(camera) => camera.sample_wi(p_ref, u),
             Camera::Orthographic(camera) => camera.sample_wi(p_ref),
             Camera::Equirectangular(camera) => camera.sample_wi(p_ref),
+            Camera::Irradiance(camera) => camera.sample_wi(p_ref, u),
         }
     }
 }
@@ -262,6 +288,7 @@ impl fmt::Display for Camera {
             ),
             Camera::Orthographic(camera) => write!(f, "orthographic, {} m", 2.0 * camera.film.half_short()),
             Camera::Equirectangular(_) => write!(f, "equirectangular"),
+            Camera::Irradiance(_) => write!(f, "irradiance"),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! How a camera is described.
 
+use super::Receiver;
 use crate::error::SceneError;
 use glam::{DVec2, DVec3};
 use sampling::filter::Filter;
@@ -72,6 +73,8 @@ pub enum Projection {
     },
     /// All, by longitude and latitude.
     Equirectangular,
+    /// Those that fall on a surface; it looks at the target.
+    Irradiance(Receiver),
 }
 
 /// A rectangle of pixels.

@@ -2,7 +2,7 @@
 
 use super::reader::{Table, Value};
 use super::{MAX_SIDE, check_size, kind};
-use crate::camera::{CameraSettings, Crop, Projection};
+use crate::camera::{CameraSettings, Crop, Projection, Receiver};
 use crate::error::SceneError;
 use crate::suggest::{did_you_mean, nearest};
 use glam::{DVec2, DVec3};
@@ -12,11 +12,12 @@ use sampling::filter::Filter;
 const COMMON: [&str; 9] = ["type", "position", "target", "up", "width", "height", "filter", "mirrored", "crop"];
 
 /// Every type of camera with its own keys.
-const TYPES: [(&str, &[&str]); 4] = [
+const TYPES: [(&str, &[&str]); 5] = [
     ("pinhole", &["fov", "shift"]),
     ("thin_lens", &["fov", "lens_radius", "focus_distance", "shift"]),
     ("orthographic", &["extent", "shift"]),
     ("equirectangular", &[]),
+    ("irradiance", &["rectangle", "disk", "sphere"]),
 ];
 
 /// The farthest that a window is shifted \[widths or heights\].
@@ -39,7 +40,9 @@ pub(super) fn read(table: &Table, size: Option<(u32, u32)>) -> Result<(CameraSet
         let across = if view.y.abs() < 0.9 { "[0, 1, 0]" } else { "[0, 0, 1]" };
         return Err(table.error(message, format!("give an `up` across the view, such as `up = {across}`")));
     }
-    let own = (side(table, "width")?, side(table, "height")?);
+    // A meter has one pixel unless told otherwise.
+    let usual = if matches!(projection, Projection::Irradiance(_)) { 1 } else { 256 };
+    let own = (side(table, "width", usual)?, side(table, "height", usual)?);
     let (width, height) = size.unwrap_or(own);
     check_size(width, height).map_err(|error| match error {
         SceneError::Invalid { message, mend, .. } => table.error(message, mend),
@@ -57,7 +60,7 @@ pub(super) fn read(table: &Table, size: Option<(u32, u32)>) -> Result<(CameraSet
         projection,
         width,
         height,
-        filter: filter(table)?,
+        filter: filter(table, &projection)?,
         mirrored: table.get("mirrored").map(|value| value.boolean()).transpose()?.unwrap_or(false),
         shift: table.get("shift").map(|value| shift(&value)).transpose()?.unwrap_or(DVec2::ZERO),
         crop: crop.filter(|_| fits),
@@ -78,7 +81,27 @@ fn projection(table: &Table) -> Result<Projection, SceneError> {
         },
         "orthographic" => Projection::Orthographic { extent: length(&table.need("extent", "2.0")?)? },
         "equirectangular" => Projection::Equirectangular,
+        "irradiance" => Projection::Irradiance(receiver(table)?),
         _ => Projection::Pinhole { fov: fov(table)? },
+    })
+}
+
+/// Where an irradiance meter receives light: at a point unless told otherwise.
+fn receiver(table: &Table) -> Result<Receiver, SceneError> {
+    let given = ["rectangle", "disk", "sphere"].map(|key| table.get(key));
+    if let [_, second, ..] = given.iter().flatten().collect::<Vec<_>>()[..] {
+        return Err(second.error("an irradiance meter is one of `rectangle`, `disk` and `sphere`"));
+    }
+    let [rectangle, disk, sphere] = given;
+    Ok(match (rectangle, disk, sphere) {
+        (Some(value), ..) => {
+            let sides = value.array()?;
+            let [a, b] = sides.as_slice() else { return Err(value.error("give its two sides, such as `[1, 0.5]`")) };
+            Receiver::Rectangle([length(a)?, length(b)?])
+        }
+        (_, Some(value), _) => Receiver::Disk(length(&value)?),
+        (_, _, Some(value)) => Receiver::Sphere(length(&value)?),
+        _ => Receiver::Point,
     })
 }
 
@@ -116,13 +139,17 @@ fn length(value: &Value) -> Result<f64, SceneError> {
     value.number_in(1e-12..=1e12, "it is a length between 1e-12 and 1e12 m, above 0")
 }
 
-fn filter(table: &Table) -> Result<Filter, SceneError> {
+fn filter(table: &Table, projection: &Projection) -> Result<Filter, SceneError> {
     let Some(value) = table.get("filter") else { return Ok(Filter::default()) };
-    value.text()?.parse().map_err(|_| {
+    let filter = value.text()?.parse().map_err(|_| {
         let names: Vec<String> = Filter::ALL.iter().map(Filter::to_string).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         value.error(did_you_mean(value.text().unwrap_or_default(), &names))
-    })
+    })?;
+    if matches!(projection, Projection::Irradiance(_)) && filter != Filter::Box {
+        return Err(value.error("an irradiance meter has the filter `box`: beyond its image there are no directions"));
+    }
+    Ok(filter)
 }
 
 fn shift(value: &Value) -> Result<DVec2, SceneError> {
@@ -147,8 +174,8 @@ fn crop(value: &Value, (width, height): (u32, u32)) -> Result<Crop, SceneError> 
     }
 }
 
-fn side(table: &Table, key: &str) -> Result<u32, SceneError> {
-    let Some(value) = table.get(key) else { return Ok(256) };
+fn side(table: &Table, key: &str, usual: u32) -> Result<u32, SceneError> {
+    let Some(value) = table.get(key) else { return Ok(usual) };
     let pixels = value.whole()?;
     if (1..=i64::from(MAX_SIDE)).contains(&pixels) {
         return Ok(pixels as u32);

@@ -138,10 +138,10 @@ impl ImageEnvironment {
         self.bounds.disc_area() * self.integral
     }
 
-    /// The place in the image that a direction (unit, pointing out of the scene) sees.
+    /// The place on the image that a direction (unit, pointing out of the scene) sees.
     #[inline]
     fn place(&self, d: Vec3) -> Vec2 {
-        self.mapping.place(self.to_scene.transpose() * d)
+        self.mapping.on_image(self.mapping.place(self.to_scene.transpose() * d), self.image.size().1)
     }
 
     /// Radiance arriving out of direction `d` (unit, pointing out of the scene).
@@ -176,7 +176,7 @@ impl ImageEnvironment {
         let CellSample { column, row, within, pdf } = self.distribution.sample(u);
         let x = (column as f64 + f64::from(within.x)) / f64::from(width);
         let d = match self.mapping {
-            Mapping::Equirectangular => {
+            Mapping::Equirectangular | Mapping::EquirectangularToPoles => {
                 let [upper, lower] = self.rows[row].cosines;
                 let cosine = upper + (lower - upper) * f64::from(within.y);
                 longitude(x as f32, ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt() as f32, cosine as f32)
@@ -226,14 +226,14 @@ impl ImageEnvironment {
 
 impl Row {
     fn new(mapping: Mapping, row: u32, (width, height): (u32, u32)) -> Self {
-        let cosine = |row: u32| (PI * f64::from(row) / f64::from(height)).cos();
-        let cosines = [cosine(row), cosine(row + 1)];
+        let edges = [row, row + 1].map(|row| PI * mapping.upper_edge(row, height));
+        let cosines = edges.map(f64::cos);
         let cells = f64::from(width) * f64::from(height);
         let solid_angle = match mapping {
-            Mapping::Equirectangular => {
+            Mapping::Equirectangular | Mapping::EquirectangularToPoles => {
                 // cos a − cos b = 2 sin((a + b)/2) sin((b − a)/2), which does not cancel near the poles.
-                let middle = PI * (f64::from(row) + 0.5) / f64::from(height);
-                TAU / f64::from(width) * 2.0 * middle.sin() * (0.5 * PI / f64::from(height)).sin()
+                let [middle, half] = [0.5 * (edges[0] + edges[1]), 0.5 * (edges[1] - edges[0])];
+                TAU / f64::from(width) * 2.0 * middle.sin() * half.sin()
             }
             Mapping::EqualArea => 2.0 * TAU / cells,
         };
@@ -279,17 +279,22 @@ fn interpolated_solid_angle(mapping: Mapping, row: i64, (width, height): (i64, i
     if mapping == Mapping::EqualArea {
         return 2.0 * TAU / (width * height) as f64;
     }
-    // With the row's angle a and the rows' distance h, ∫ (1 − |t|/h) sin(a + t) dt over ±h is 2 sin a (1 − cos h)/h. Beyond the
-    // centre of the first and of the last row their texels go on to the pole.
-    let h = PI / height as f64;
-    let versine = 2.0 * (0.5 * h).sin().powi(2);
-    let angle = h * (row as f64 + 0.5);
     let whole = TAU / width as f64;
     if height == 1 {
         return 2.0 * whole;
     }
+    // With the row's angle a and the rows' distance h, ∫ (1 − |t|/h) sin(a + t) dt over ±h is 2 sin a (1 − cos h)/h. Beyond the
+    // centre of the first and of the last row their texels go on to the pole.
+    let (h, angle) = match mapping {
+        Mapping::EquirectangularToPoles => (PI / (height - 1) as f64, PI * row as f64 / (height - 1) as f64),
+        _ => (PI / height as f64, PI * (row as f64 + 0.5) / height as f64),
+    };
+    let versine = 2.0 * (0.5 * h).sin().powi(2);
     if row > 0 && row < height - 1 {
         return whole * 2.0 * angle.sin() * versine / h;
+    }
+    if mapping == Mapping::EquirectangularToPoles {
+        return whole * (1.0 - h.sin() / h);
     }
     let (sine, cosine) = (0.5 * h).sin_cos();
     whole * (1.0 - cosine + sine * versine / h + cosine * (1.0 - h.sin() / h))

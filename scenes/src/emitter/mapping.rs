@@ -11,10 +11,15 @@ pub enum Mapping {
     /// Longitude and latitude. Rows run from +y, above, to −y. The left edge, which is the right one too, is −z; a quarter to
     /// the right of it is +x, the centre of the image is +z, and three quarters are −x.
     ///
-    /// That is Mitsuba's `envmap`. For pbrt's images of latitude and longitude, whose left edge is its +x, a quarter +y and
-    /// the top +z, pbrt's (x, y, z) are (−z, x, y) here.
+    /// For pbrt's images of latitude and longitude, whose left edge is its +x, a quarter +y and the top +z, pbrt's (x, y, z) are
+    /// (−z, x, y) here.
     #[default]
     Equirectangular,
+    /// The same, but the first and the last row stand at the poles themselves rather than half a row from them: with h rows, row r
+    /// is at the angle πr/(h − 1) from +y.
+    ///
+    /// That is Mitsuba's `envmap`.
+    EquirectangularToPoles,
     /// Clarberg's octahedral square, on which equal areas are equal solid angles `[Clarberg08]`. The centre is +z, the four
     /// corners are −z; +x is the middle of the right edge of the diamond that is the half space of +z, the point (1, ½), −x is
     /// (0, ½), +y is the middle of the lower edge, (½, 1), and −y is (½, 0).
@@ -25,15 +30,16 @@ pub enum Mapping {
 
 impl Mapping {
     /// The names by which it is chosen.
-    pub const NAMES: [&str; 2] = ["equirectangular", "equal_area"];
+    pub const NAMES: [&str; 3] = ["equirectangular", "equirectangular_to_poles", "equal_area"];
     /// All of them, in the order of their names.
-    pub const ALL: [Self; 2] = [Self::Equirectangular, Self::EqualArea];
+    pub const ALL: [Self; 3] = [Self::Equirectangular, Self::EquirectangularToPoles, Self::EqualArea];
 
-    /// The place of a direction (unit, of the environment's own frame).
+    /// The place of a direction (unit, of the environment's own frame); of rows that run to the poles, on the sphere from pole to
+    /// pole, which [`on_image`](Self::on_image) carries to the image.
     #[inline]
     pub fn place(self, d: Vec3) -> Vec2 {
         match self {
-            Self::Equirectangular => {
+            Self::Equirectangular | Self::EquirectangularToPoles => {
                 let turn = 0.5 * FRAC_1_PI * d.x.abs().atan2(-d.z);
                 let polar = FRAC_1_PI * vec2(d.x, d.z).length().atan2(d.y);
                 vec2(if d.x < 0.0 { 1.0 - turn } else { turn }, polar)
@@ -53,7 +59,7 @@ impl Mapping {
     #[inline]
     pub fn direction(self, place: Vec2) -> Vec3 {
         match self {
-            Self::Equirectangular => {
+            Self::Equirectangular | Self::EquirectangularToPoles => {
                 let polar = 0.5 * place.y;
                 let (sine, cosine) = warp::sin_cos_turns(polar);
                 longitude(place.x, sine, cosine)
@@ -72,12 +78,32 @@ impl Mapping {
         }
     }
 
+    /// Where on an image of so many rows a place is: the centre of row r is at (r + ½)/h.
+    #[inline]
+    pub(super) fn on_image(self, place: Vec2, height: u32) -> Vec2 {
+        match self {
+            Self::Equirectangular | Self::EqualArea => place,
+            Self::EquirectangularToPoles => {
+                let height = height as f32;
+                vec2(place.x, (place.y * (height - 1.0) + 0.5) / height)
+            }
+        }
+    }
+
+    /// Which part of the way from pole to pole the upper edge of a row is, of images by longitude and latitude.
+    pub(super) fn upper_edge(self, row: u32, height: u32) -> f64 {
+        match self {
+            Self::EquirectangularToPoles => ((f64::from(row) - 0.5) / (f64::from(height) - 1.0)).clamp(0.0, 1.0),
+            Self::Equirectangular | Self::EqualArea => f64::from(row) / f64::from(height),
+        }
+    }
+
     /// The index of the texel that stands in this column and row, which may lie one beyond the borders.
     #[inline]
     pub(super) fn texel(self, column: i64, row: i64, (width, height): (i64, i64)) -> usize {
         let (mut column, mut row) = (column, row);
         match self {
-            Self::Equirectangular => {
+            Self::Equirectangular | Self::EquirectangularToPoles => {
                 column = column.rem_euclid(width);
                 row = row.clamp(0, height - 1);
             }

@@ -27,6 +27,7 @@ fn every_type_is_read() {
         ),
         ("type = \"orthographic\"\nextent = 2.5", "orthographic, 2.5 m"),
         ("type = \"equirectangular\"", "equirectangular"),
+        ("type = \"irradiance\"\nrectangle = [2, 0.5]", "irradiance"),
     ] {
         let scene = read(keys);
         assert_eq!(scene.camera.to_string(), name);
@@ -58,6 +59,9 @@ fn what_changes_the_image_changes_the_hash() {
         "type = \"thin_lens\"\nlens_radius = 0.2",
         "type = \"orthographic\"\nextent = 1",
         "type = \"equirectangular\"",
+        "type = \"irradiance\"",
+        "type = \"irradiance\"\ndisk = 0.5",
+        "type = \"irradiance\"\nsphere = 0.5",
     ];
     let hashes = cameras.map(|keys| read(keys).hash);
     assert!((0..hashes.len()).all(|i| !hashes[..i].contains(&hashes[i])));
@@ -85,6 +89,20 @@ fn keys_of_another_type_are_explained() {
     );
     expect(&with("mirored = true"), "4: unknown key `mirored` in `camera`; did you mean `mirrored`?");
     expect(&with("type = \"thinlens\""), "4: `camera.type` is `\"thinlens\"`; did you mean `thin_lens`?");
+}
+
+#[test]
+fn a_meter_has_one_pixel_and_one_receiver() {
+    let meter = read("type = \"irradiance\"\ndisk = 0.5").camera;
+    assert_eq!((meter.width(), meter.height(), meter.weight()), (1, 1, std::f32::consts::PI));
+    assert_eq!(read("type = \"irradiance\"\nwidth = 8").camera.width(), 8);
+    expect(
+        &with("type = \"irradiance\"\ndisk = 1\nsphere = 1"),
+        "6: `camera.sphere` is `1`; an irradiance meter is one of `rectangle`, `disk` and `sphere`",
+    );
+    expect(&with("type = \"irradiance\"\nrectangle = [1]"), "5: `camera.rectangle` is `[1]`; give its two sides");
+    let filter = with("type = \"irradiance\"\nfilter = \"gaussian\"");
+    expect(&filter, "5: `camera.filter` is `\"gaussian\"`; an irradiance meter has the filter `box`");
 }
 
 #[test]

@@ -20,6 +20,8 @@ pub struct Context<'a> {
     folders: &'a [PathBuf],
     /// Where paths start that the text names.
     base: PathBuf,
+    /// The camera, once it is found.
+    pub camera: Option<Lines>,
     /// What is written so far.
     pub materials: Lines,
     /// What is written so far.
@@ -54,6 +56,7 @@ impl<'a> Context<'a> {
             ids: BTreeMap::new(),
             folders: &xml.folders,
             base: base.to_path_buf(),
+            camera: None,
             materials: Lines::default(),
             shapes: Lines::default(),
             emitters: Lines::default(),

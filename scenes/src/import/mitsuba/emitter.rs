@@ -132,7 +132,7 @@ fn environment<'a>(plugin: &Plugin<'a>, to_world: &DMat4, context: &mut Context<
         return Ok(None);
     }
     plugin.skip(&["cache", "mis_compensation"]);
-    let mut keys = vec![("image", quoted(&file))];
+    let mut keys = vec![("image", quoted(&file)), ("mapping", quoted("equirectangular_to_poles"))];
     if scale != [1.0; 3] {
         keys.push(("scale", colour(scale)));
     }

@@ -2,7 +2,7 @@
 //!
 //! `xml` reads the text, `plugin` looks parameters up, `context` keeps what is known meanwhile; `transform`,
 //! `spectrum` with its `observer`, `texture`, `bsdf` with `material` and `index`, `shape` with `mesh` and
-//! `serialized`, `emitter` and `sensor` each write what a kind of thing becomes in the
+//! `serialized`, `emitter`, and `sensor` with `meter` each write what a kind of thing becomes in the
 //! language of scene files. `docs/importers.md` has the table of what is exact, what is near, and what is left out.
 
 mod bsdf;
@@ -11,6 +11,7 @@ mod emitter;
 mod index;
 mod material;
 pub(super) mod mesh;
+mod meter;
 pub(super) mod observer;
 mod plugin;
 mod sensor;
@@ -35,7 +36,7 @@ use crate::error::SceneError;
 use crate::import::translation::{Lines, NoteKind, SCENE_HEADER, Translation, quoted};
 
 /// The highest order that is written as it is; beyond it the rest is asked for as one sum.
-const HIGHEST_ORDER: i64 = 16;
+pub(super) const HIGHEST_ORDER: i64 = 20;
 
 /// Translates the scene at `path`. Files are named from the folder `base`, and meshes without a file begin with `stem`.
 pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, SceneError> {
@@ -45,7 +46,7 @@ pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, Sc
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     head.push(&xml.root.place, format!("{SCENE_HEADER} {}.", name.escape_default()));
     head.key(&xml.root.place, "title", quoted(&path.file_stem().unwrap_or_default().to_string_lossy()));
-    let (mut camera, mut has_integrator) = (None, false);
+    let mut has_integrator = false;
     for child in &xml.root.children {
         let child = context.resolved(child)?;
         match child.tag.as_str() {
@@ -53,7 +54,7 @@ pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, Sc
                 integrator(child, &mut head, &mut context)?;
             }
             "integrator" => context.note(NoteKind::Ignored, &child.place, "a second integrator"),
-            "sensor" if camera.is_none() => camera = Some(sensor::write(child, &mut context)?),
+            "sensor" if context.camera.is_none() => context.camera = Some(sensor::write(child, &mut context)?),
             "sensor" => context.note(NoteKind::Ignored, &child.place, "a second sensor"),
             "shape" => shape::write(child, &[], &mut context)?,
             "emitter" => emitter::write(child, &mut context)?,
@@ -66,7 +67,7 @@ pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, Sc
         }
     }
     context.check_files()?;
-    let camera = camera.ok_or_else(|| {
+    let camera = context.camera.ok_or_else(|| {
         xml.root.place.error("the scene has no sensor", "add `<sensor type=\"perspective\">` with a `to_world`")
     })?;
     for part in [camera, context.materials, context.shapes, context.emitters] {

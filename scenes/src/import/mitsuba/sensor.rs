@@ -24,6 +24,9 @@ struct Film {
 /// The table `[camera]` of the first sensor.
 pub fn write<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<Lines, SceneError> {
     let plugin = Plugin::new(element, context)?;
+    if plugin.kind() == "radiancemeter" {
+        return super::meter::radiance(&plugin, context);
+    }
     let place = plugin.place();
     let film = film(&plugin, context)?;
     let to_world = plugin.transform("to_world", context)?;
@@ -46,7 +49,9 @@ pub fn write<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<Line
         }
         kind => {
             let message = format!("a sensor `{kind}` is not supported");
-            return Err(place.error(message, "use `perspective`, `thinlens` or `orthographic`"));
+            let mend =
+                "use `perspective`, `thinlens`, `orthographic` or `radiancemeter`, or `irradiancemeter` in a shape";
+            return Err(place.error(message, mend));
         }
     };
     if kind == "thin_lens" {
@@ -69,7 +74,7 @@ pub fn write<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<Line
     for (key, value) in keys {
         lines.key(plugin.part(key).map_or(place, |part| &part.place), key, value);
     }
-    if let Some(shift) = shift(&plugin, &film)? {
+    if let Some(shift) = shift(&plugin)? {
         lines.key(place, "shift", numbers(&shift));
     }
     lines.key(&film.place, "width", film.width);
@@ -136,14 +141,13 @@ fn fov(plugin: &Plugin, film: &Film) -> Result<f64, SceneError> {
 }
 
 /// How far the window of the film is moved to the right and up, in widths and heights of the image.
-fn shift(plugin: &Plugin, film: &Film) -> Result<Option<[f64; 2]>, SceneError> {
+fn shift(plugin: &Plugin) -> Result<Option<[f64; 2]>, SceneError> {
     let (x, y) = (plugin.float_or("principal_point_offset_x", 0.0)?, plugin.float_or("principal_point_offset_y", 0.0)?);
     if x == 0.0 && y == 0.0 {
         return Ok(None);
     }
-    // Mitsuba measures in widths and heights of what is rendered, downwards.
-    let [.., width, height] = film.crop.unwrap_or([0, 0, film.width, film.height]);
-    Ok(Some([x * f64::from(width) / f64::from(film.width), -y * f64::from(height) / f64::from(film.height)]))
+    // Mitsuba measures in widths and heights of the whole film, whatever the crop, downwards.
+    Ok(Some([x, -y]))
 }
 
 fn film<'a>(sensor: &Plugin<'a>, context: &mut Context<'a>) -> Result<Film, SceneError> {

@@ -75,6 +75,14 @@ fn write_one<'a>(element: &'a Element, outer: &[DMat4], context: &mut Context<'a
         Some(emitter) => radiance(emitter, form.turned, context)?,
         None => None,
     };
+    for sensor in plugin.tagged("sensor") {
+        if context.camera.is_some() {
+            context.note(NoteKind::Ignored, &sensor.place, "a second sensor");
+            continue;
+        }
+        let whole = transforms.iter().fold(DMat4::IDENTITY, |whole, map| *map * whole);
+        context.camera = Some(super::meter::irradiance(sensor, &plugin, &whole, flipped, context)?);
+    }
     plugin.skip(&["id"]);
     plugin.finish(context);
     let mut lines = Lines::default();
@@ -193,8 +201,10 @@ fn sphere<'a>(
     let center = plugin.vector("center")?.unwrap_or_default();
     let radius = radius_of(plugin)?;
     let keys = |center: DVec3, radius: f64| vec![("center", numbers(&center.to_array())), ("radius", number(radius))];
+    // Mitsuba turns a sphere inside out that its transform mirrors.
+    let other_side = DMat3::from_mat4(*whole).determinant() < 0.0;
     if is_similarity(whole, 1e-9) {
-        return Ok(Form { turned: true, ..Form::new("sphere", keys(center, radius), transforms) });
+        return Ok(Form { turned: true, other_side, ..Form::new("sphere", keys(center, radius), transforms) });
     }
     // The matrices of exporters have six digits.
     if is_similarity(whole, 1e-4) {
@@ -205,6 +215,7 @@ fn sphere<'a>(
         let scale = DMat3::from_mat4(*whole).determinant().abs().cbrt();
         return Ok(Form {
             turned: true,
+            other_side,
             ..Form::new("sphere", keys(whole.transform_point3(center), radius * scale), &[])
         });
     }

@@ -223,7 +223,10 @@ fn bitmap<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Texture,
             "clamp"
         }
     };
-    plugin.skip(&["format", "accel", "max_anisotropy", "cache", "wrap_mode_v"]);
+    if let Some(other) = plugin.text("wrap_mode_v")?.filter(|other| *other != wrap) {
+        context.approximate(plugin.place(), format!("the `wrap_mode_v` `{other}` is taken as `{wrap}`, as along u"));
+    }
+    plugin.skip(&["format", "accel", "max_anisotropy", "cache"]);
     Ok(Texture::Image { file, encoding, wrap, scale: [1.0; 3], map: uv_map(plugin, context)? })
 }
 

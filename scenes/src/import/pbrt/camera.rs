@@ -9,11 +9,9 @@ use super::context::Context;
 use super::parameters::Parameters;
 use super::transform::scale_of;
 use crate::error::SceneError;
+use crate::import::mitsuba::HIGHEST_ORDER;
 use crate::import::mitsuba::transform::is_similarity;
 use crate::import::translation::{Lines, NoteKind, Place, number, numbers, quoted};
-
-/// The highest order that is written as it is; beyond it the rest is asked for as one sum.
-const HIGHEST_ORDER: i64 = 16;
 
 /// What stands before `WorldBegin`.
 pub struct Options {

@@ -100,8 +100,8 @@ fn scenes_that_are_none() {
     assert!(alone(b"<mesh/>").contains("a.xml:1: the file holds a `mesh`"));
     assert!(alone(b"<scene version=\"three\"/>").contains("a.xml:1: the version is `three`"));
     assert!(alone(b"<scene version=\"3.0.0\"/>").contains("the scene has no sensor"));
-    let meter = b"<scene version=\"3.0.0\"><sensor type=\"radiancemeter\"/></scene>";
-    assert!(alone(meter).contains("a sensor `radiancemeter` is not supported; use `perspective`"));
+    let meter = b"<scene version=\"3.0.0\"><sensor type=\"hdistant\"/></scene>";
+    assert!(alone(meter).contains("a sensor `hdistant` is not supported; use `perspective`"));
     let bomb = b"<!DOCTYPE s [<!ENTITY a \"aaaa\"><!ENTITY b \"&a;&a;\">]><scene version=\"3.0.0\">&b;</scene>";
     assert!(alone(bomb).contains("declares a document type"), "{}", alone(bomb));
     let text = format!("<scene version=\"3.0.0\">{SENSOR}</scene>");

@@ -88,6 +88,7 @@ fn the_series_is_as_long_as_the_integrator_has_it() {
     };
     assert_eq!(series("Integrator \"path\" \"integer maxdepth\" 3"), (Some(3), None));
     assert_eq!(series("Integrator \"volpath\""), (Some(5), None));
+    assert_eq!(series("Integrator \"path\" \"integer maxdepth\" 17"), (Some(17), None));
     assert_eq!(series("Integrator \"bdpt\" \"integer maxdepth\" 65"), (None, Some(true)));
     assert_eq!(series(""), (Some(5), None));
 }
