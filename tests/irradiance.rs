@@ -169,7 +169,9 @@ fn environment_image() {
                 irradiance += scene.environment_le(d).mean() as f64 * PI / (rows * columns) as f64;
             }
         }
-        compare(&scene, 128, |_| irradiance);
+        // The sun of this one stands where it is seen less.
+        let samples = if mapping == Mapping::EquirectangularToPoles { 192 } else { 128 };
+        compare(&scene, samples, |_| irradiance);
     }
 }
 

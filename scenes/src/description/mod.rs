@@ -12,7 +12,7 @@
 //! width = 256             # default 256, as is height
 //! height = 256
 //! filter = "box"          # default; or triangle, gaussian, mitchell, blackman_harris
-//! # type = "pinhole"      # default; or thin_lens, orthographic, equirectangular, each with keys of its own
+//! # type = "pinhole"      # default; or thin_lens, orthographic, equirectangular, irradiance, each with keys of its own
 //! [materials.white]
 //! type = "lambert"        # the name of a model, as `neumann list bsdfs` has them
 //! albedo = 0.7            # a number, [r, g, b], or { ramp = { base = 0.5, slope = 0.4, axis = [0, 0, 1] } }
