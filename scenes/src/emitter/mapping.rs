@@ -35,7 +35,7 @@ impl Mapping {
     pub const ALL: [Self; 3] = [Self::Equirectangular, Self::EquirectangularToPoles, Self::EqualArea];
 
     /// The place of a direction (unit, of the environment's own frame); of rows that run to the poles, on the sphere from pole to
-    /// pole, which [`on_image`](Self::on_image) carries to the image.
+    /// pole.
     #[inline]
     pub fn place(self, d: Vec3) -> Vec2 {
         match self {

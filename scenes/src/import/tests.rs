@@ -212,7 +212,7 @@ fn unknown_scenes_are_answered_with_the_nearest() {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     assert!(error(&path("buny.obj")).ends_with("bunny.obj`?"));
     assert!(
-        error(&path("a.stl")).contains("this kind of file is not read; scenes are read from `.toml`, `.obj`, `.ply`")
+        error(&path("a.stl")).contains("a.stl: this kind of file is not read; scenes are read from `.toml`, `.obj`")
     );
     assert!(error(&path("none.toml")).contains("cannot read the file"));
     let empty = LoadOptions { size: Some((0, 4)), ..LoadOptions::default() };
