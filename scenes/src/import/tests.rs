@@ -211,9 +211,9 @@ fn unknown_scenes_are_answered_with_the_nearest() {
     let folder = folder(&[("bunny.obj", TRIANGLE), ("a.stl", "")]);
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     assert!(error(&path("buny.obj")).ends_with("bunny.obj`?"));
-    assert!(error(&path("a.stl")).ends_with(
-        "this kind of file is not read; scenes are read from `.toml`, `.obj`, `.ply` and Mitsuba's `.xml` files"
-    ));
+    assert!(
+        error(&path("a.stl")).contains("a.stl: this kind of file is not read; scenes are read from `.toml`, `.obj`")
+    );
     assert!(error(&path("none.toml")).contains("cannot read the file"));
     let empty = LoadOptions { size: Some((0, 4)), ..LoadOptions::default() };
     assert_eq!(load("furnace", &empty).err().unwrap().to_string(), "the image size 0x4 is empty; give at least 1x1");

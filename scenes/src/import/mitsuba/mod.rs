@@ -11,6 +11,7 @@ mod emitter;
 mod index;
 mod material;
 pub(super) mod mesh;
+mod metals;
 pub(super) mod observer;
 mod plugin;
 mod sensor;
