@@ -182,9 +182,12 @@ impl SceneBuilder {
         shape.transform = transform * shape.transform;
     }
 
-    /// The least and the greatest value of any channel of a texture over a shape, as it is transformed now.
-    pub(crate) fn range(&self, shape: ShapeId, texture: &Texture) -> (f32, f32) {
-        self.shapes[shape.0 as usize].range(texture)
+    /// The least and the greatest value of any channel of a texture over a shape, as it is transformed now; None where that is
+    /// decided by the instances of its group.
+    pub(crate) fn range(&self, shape: ShapeId, texture: &Texture) -> Option<(f32, f32)> {
+        let shape = &self.shapes[shape.0 as usize];
+        let placed_later = shape.group.is_some() && matches!(texture, Texture::Ramp { .. });
+        (!placed_later).then(|| shape.range(texture))
     }
 
     /// Turns a shape's front over.

@@ -165,15 +165,15 @@ pub(super) struct Expansion {
 pub(super) struct Placed {
     pub kept: usize,
     pub transform: DAffine3,
-    /// The outermost instance, which messages speak of.
-    outermost: Placement,
+    /// The outermost instance, which messages speak of: its place in the builder's list.
+    outermost: usize,
 }
 
 impl Placed {
     /// The error that it is too much for numbers.
     pub fn too_distorted(&self, builder: &SceneBuilder) -> SceneError {
         let what = "is scaled or stretched beyond what numbers can hold";
-        self.outermost.error(
+        builder.placements[self.outermost].error(
             builder,
             what,
             "stretch it by less than a factor of a million, or give its shapes in another size",
@@ -210,8 +210,8 @@ pub(super) fn expand(builder: &SceneBuilder) -> Result<Expansion, SceneError> {
     check_costs(builder, &members)?;
     let mut expander =
         Expander { builder, members: &members, numbers: vec![None; members.len()], expansion: Expansion::default() };
-    for placement in &builder.placements {
-        expander.place(placement, &DAffine3::IDENTITY, placement)?;
+    for (outermost, placement) in builder.placements.iter().enumerate() {
+        expander.place(placement, &DAffine3::IDENTITY, outermost)?;
     }
     Ok(expander.expansion)
 }
@@ -263,7 +263,7 @@ struct Expander<'a> {
 }
 
 impl Expander<'_> {
-    fn place(&mut self, placement: &Placement, outer: &DAffine3, outermost: &Placement) -> Result<(), SceneError> {
+    fn place(&mut self, placement: &Placement, outer: &DAffine3, outermost: usize) -> Result<(), SceneError> {
         let group = placement.group.0 as usize;
         let transform = *outer * placement.transform;
         let members = &self.members[group];
@@ -272,12 +272,12 @@ impl Expander<'_> {
                 self.expansion.kept.push(members.kept.clone());
                 self.expansion.kept.len() - 1
             });
-            self.expansion.instances.push(Placed { kept, transform, outermost: outermost.clone() });
+            self.expansion.instances.push(Placed { kept, transform, outermost });
         }
         for &index in &members.copied {
             let shape = &self.builder.shapes[index];
             let copy = Shape { transform: transform * shape.transform, ..shape.clone() };
-            check_copy(&copy, self.builder, outermost)?;
+            check_copy(&copy, self.builder, &self.builder.placements[outermost])?;
             self.expansion.copies.push(copy);
         }
         let builder = self.builder;

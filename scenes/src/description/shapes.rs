@@ -215,7 +215,7 @@ impl Reader<'_> {
         if let Some(varying) = table.get("material").and_then(|m| self.materials.varying(m.text().ok()?)) {
             let textures = varying.scattering.models().into_iter().flat_map(|parameters| parameters.textures());
             for (name, domain, texture) in textures.filter(|(.., texture)| texture.axis().is_some()) {
-                let (low, high) = builder.range(shape, texture);
+                let Some((low, high)) = builder.range(shape, texture) else { continue };
                 if !domain.holds(low) || !domain.holds(high) {
                     let message = format!("the {name} ramp runs from {low} to {high} over this shape");
                     return Err(table.error(message, format!("choose `base` and `slope` so that it stays {domain}")));
@@ -240,7 +240,7 @@ impl Reader<'_> {
     fn emission(&self, shape: ShapeId, two_sided: bool, builder: &mut SceneBuilder) -> Result<(), SceneError> {
         let value = self.table.need("emission", "[1, 1, 1]")?;
         let radiance = self.textures.read(&value, Encoding::Srgb)?;
-        let (low, high) = builder.range(shape, &radiance);
+        let (low, high) = builder.range(shape, &radiance).unwrap_or((0.0, 1.0));
         if low < 0.0 && matches!(radiance, Texture::Ramp { .. }) {
             let message = format!("the emission ramp falls to {low} over this shape");
             return Err(self.table.error(message, "choose `base` and `slope` so that it stays at or above 0"));
