@@ -33,8 +33,12 @@ impl Accel {
     fn all_along<const Z: usize>(&self, ray: &Ray, wanted: impl Fn(Primitive) -> bool, mut visit: impl FnMut(Hit)) {
         let (query, t_max) = (Query::new::<Z>(ray), f64::from(ray.t_max));
         self.all_plain::<Z>(ray, &query, t_max, &mut |best| {
-            if wanted(Primitive::of(best.id)) {
-                visit(self.resolve_plain(&query, &best));
+            let primitive = Primitive::of(best.id);
+            if wanted(primitive) {
+                visit(match primitive {
+                    Primitive::Triangle(_) => self.triangle_hit(&query, &best),
+                    Primitive::Analytic(_) => self.analytic_hit(&query, &best),
+                });
             }
         });
         if !self.instances().is_empty() {

@@ -258,7 +258,7 @@ impl Accel {
 
     /// Works out the point of a hit in an instance.
     #[inline(never)]
-    pub(super) fn resolve_placed(&self, ray: &Ray, best: &Best) -> Hit {
+    pub(super) fn placed_hit(&self, ray: &Ray, best: &Best) -> Hit {
         let Placed { instance: index, slot } = best.placed;
         let (instance, prototype) = self.prototype(index);
         let within = prototype.enter(instance, ray, f64::INFINITY);

@@ -265,25 +265,27 @@ impl Accel {
     /// Works out the point of the nearest hit, once per ray.
     #[inline]
     fn resolve(&self, ray: &Ray, query: &Query, best: &Best) -> Option<Hit> {
+        // The mark of nothing has all bits, so that a triangle is told by one question.
+        if best.slot & (ANALYTIC | PLACED) == 0 {
+            return Some(self.triangle_hit(query, best));
+        }
         if !best.is_hit() {
             return None;
         }
-        if best.slot & (ANALYTIC | PLACED) == PLACED {
-            return Some(self.resolve_placed(ray, best));
-        }
-        Some(self.resolve_plain(query, best))
+        Some(if best.is_placed() { self.placed_hit(ray, best) } else { self.analytic_hit(query, best) })
     }
 
     #[inline]
-    fn resolve_plain(&self, query: &Query, best: &Best) -> Hit {
-        let t = best.t as f32;
-        if best.slot & ANALYTIC != 0 {
-            let id = best.slot & !ANALYTIC;
-            let at = self.analytic[id as usize].point(query.origin, query.direction, best.t);
-            return Hit::Analytic { t, id, at };
-        }
+    fn triangle_hit(&self, query: &Query, best: &Best) -> Hit {
         let (p, b) = self.triangle_point(best.slot, query.origin, query.direction);
-        Hit::Triangle { t, id: best.id, p: p.as_vec3(), b }
+        Hit::Triangle { t: best.t as f32, id: best.id, p: p.as_vec3(), b }
+    }
+
+    #[inline]
+    fn analytic_hit(&self, query: &Query, best: &Best) -> Hit {
+        let id = best.slot & !ANALYTIC;
+        let at = self.analytic[id as usize].point(query.origin, query.direction, best.t);
+        Hit::Analytic { t: best.t as f32, id, at }
     }
 
     /// Where a line meets the triangle in a slot, and its barycentric coordinates of the vertices 1 and 2.
