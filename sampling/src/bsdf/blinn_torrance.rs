@@ -37,7 +37,7 @@ impl BsdfModel for BlinnTorrance {
     fn from_arguments(arguments: &Arguments) -> Result<Bsdf, Misfit> {
         let [kd, ks, eta, k, n] = arguments.all();
         let (kd, ks) = (kd.colour(), ks.colour());
-        without_gain(kd, ks)?;
+        without_gain(["kd", "ks"], kd, ks)?;
         Ok(Self::new(kd, ks, eta.colour(), k.colour(), n.number()).into())
     }
 

@@ -43,7 +43,7 @@ impl BsdfModel for CookTorrance {
     fn from_arguments(arguments: &Arguments) -> Result<Bsdf, Misfit> {
         let [kd, ks, eta, k, roughness, alpha] = arguments.all();
         let (kd, ks, eta, k) = (kd.colour(), ks.colour(), eta.colour(), k.colour());
-        without_gain(kd, ks)?;
+        without_gain(["kd", "ks"], kd, ks)?;
         let (alpha, _) = lobe_alphas([roughness, alpha, Argument::Absent, Argument::Absent])?;
         Ok(Self::new(kd, ks, eta, k, alpha).into())
     }

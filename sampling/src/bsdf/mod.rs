@@ -17,6 +17,7 @@ mod conductor;
 mod cook_torrance;
 mod delta;
 mod dielectric;
+mod diffuse_transmission;
 mod distribution_based;
 mod fresnel;
 mod ggx;
@@ -57,6 +58,7 @@ pub use blinn_torrance::BlinnTorrance;
 pub use conductor::Conductor;
 pub use cook_torrance::CookTorrance;
 pub use dielectric::Dielectric;
+pub use diffuse_transmission::DiffuseTransmission;
 pub use distribution_based::{DistributionBased, HalfVectors};
 pub use fresnel::{DielectricFresnel, diffuse_transmittance, fresnel_conductor, fresnel_dielectric};
 pub use ggx::Ggx;
@@ -334,6 +336,8 @@ macro_rules! models {
 models! {
     /// Ideal diffuse reflection.
     Lambert,
+    /// Ideal diffuse reflection and transmission.
+    DiffuseTransmission,
     /// Ideal specular reflection.
     Mirror,
     /// A surface that does nothing but let light through.

@@ -153,18 +153,19 @@ pub fn diffuse_share(diffuse: Spectrum, glossy: Spectrum) -> f32 {
     (diffuse.mean() / (diffuse.mean() + glossy.mean())).clamp(1.0 / 16.0, 15.0 / 16.0)
 }
 
-/// Refuses parts that reflect more than there is.
+/// Refuses two parts, of these names, that scatter more than there is.
 ///
 /// # Errors
 ///
-/// kd + ks > 1 in some channel.
-pub fn without_gain(kd: Spectrum, ks: Spectrum) -> Result<(), Misfit> {
-    let sum = (kd + ks).max_component();
+/// Their sum is above 1 in some channel.
+pub fn without_gain([first, second]: [&'static str; 2], a: Spectrum, b: Spectrum) -> Result<(), Misfit> {
+    let sum = (a + b).max_component();
     // The decimals of a scene file sum to 1 up to their rounding.
     if sum <= 1.0 + 4.0 * f32::EPSILON {
         return Ok(());
     }
-    Err(Misfit::new("ks", format!("`kd` + `ks` is {sum} and creates light: make them 1 at most in every channel")))
+    let message = format!("`{first}` + `{second}` is {sum} and creates light: make them 1 at most in every channel");
+    Err(Misfit::new(second, message))
 }
 
 /// What is below this share of a lobe's peak is neither value nor density, so that no density underflows where a value does

@@ -65,7 +65,7 @@ impl BsdfModel for Phong {
     fn from_arguments(arguments: &Arguments) -> Result<Bsdf, Misfit> {
         let [kd, ks, n] = arguments.all();
         let (kd, ks) = (kd.colour(), ks.colour());
-        without_gain(kd, ks)?;
+        without_gain(["kd", "ks"], kd, ks)?;
         Ok(Self::new(kd, ks, n.number()).into())
     }
 

@@ -74,7 +74,7 @@ impl BsdfModel for Ward {
     fn from_arguments(arguments: &Arguments) -> Result<Bsdf, Misfit> {
         let [kd, ks, roughness, alpha, alpha_x, alpha_y] = arguments.all();
         let (kd, ks) = (kd.colour(), ks.colour());
-        without_gain(kd, ks)?;
+        without_gain(["kd", "ks"], kd, ks)?;
         let (x, y) = lobe_alphas([roughness, alpha, alpha_x, alpha_y])?;
         Ok(Self::new(kd, ks, x, y).into())
     }

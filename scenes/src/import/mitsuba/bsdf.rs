@@ -3,8 +3,9 @@
 //! The table of what is exact and what is not is in `docs/importers.md`.
 
 use super::context::Context;
-use super::index::{metal, relative_index};
+use super::index::relative_index;
 use super::material::{Description, Value};
+use super::metals;
 use super::plugin::Plugin;
 use super::spectrum::Quantity::{self, Index, Reflectance};
 use super::texture::{self, Texture};
@@ -174,25 +175,24 @@ fn conductor<'a>(
     let place = plugin.place();
     let factor = texture::parameter(plugin, "specular_reflectance", Reflectance, 1.0, context)?;
     let has_index = plugin.part("eta").is_some() || plugin.part("k").is_some();
-    let (eta, k) = (
-        texture::parameter(plugin, "eta", Index, 0.0, context)?,
-        texture::parameter(plugin, "k", Index, 1.0, context)?,
-    );
-    let outside = if plugin.part("ext_eta").is_some() { relative_index_of_outside(plugin)? } else { 1.0 };
     let usual = if plugin.element.version < 2 { "Cu" } else { "none" };
     let material = plugin.text("material")?.unwrap_or(if has_index { "none" } else { usual });
     let bare = Description::new(model, place).with_all(facets.unwrap_or_default());
-    if material != "none" {
-        let name = metal(plugin, material, context);
-        return Ok(bare.with("metal", Value::word(name)).dimmed(factor, None, context));
-    }
-    if !has_index {
+    if material == "none" && !has_index {
         // An ideal mirror, whose factor is its reflectance.
         if model == "conductor" {
             return Ok(Description::new("mirror", place).with("reflectance", factor));
         }
         return Ok(bare.with("reflectance", Texture::grey(1.0)).dimmed(factor, Some([1.0; 3]), context));
     }
+    let (eta, k) = match material {
+        "none" => (
+            texture::parameter(plugin, "eta", Index, 0.0, context)?,
+            texture::parameter(plugin, "k", Index, 1.0, context)?,
+        ),
+        name => metals::index(plugin, name, context).map(Texture::Constant).into(),
+    };
+    let outside = if plugin.part("ext_eta").is_some() { relative_index_of_outside(plugin)? } else { 1.0 };
     let by_outside = [1.0 / outside; 3];
     let within = |texture: Texture, low: f64| match texture.scaled(by_outside) {
         Some(Texture::Constant(index)) => Texture::Constant(index.map(|c| c.max(low))),

@@ -1,6 +1,5 @@
-//! Indices of refraction and metals by the names that Mitsuba gives them.
+//! Indices of refraction by the names that Mitsuba gives them.
 
-use super::context::Context;
 use super::plugin::{Plugin, finite};
 use crate::error::SceneError;
 use crate::suggest::did_you_mean;
@@ -33,19 +32,6 @@ const TRANSPARENT: [(&str, f64); 24] = [
     ("glass", 1.5),
 ];
 
-/// Metals that both know, by Mitsuba's names and by ours.
-const METALS: [(&str, &str); 9] = [
-    ("Ag", "silver"),
-    ("Al", "aluminium"),
-    ("Au", "gold"),
-    ("Cr", "chromium"),
-    ("Cu", "copper"),
-    ("CuZn", "brass"),
-    ("Hg", "mercury"),
-    ("Ni_palik", "nickel"),
-    ("W", "tungsten"),
-];
-
 /// `int_ior` over `ext_ior`, each a number or a name; `inside` is the name of the first where it is missing.
 pub fn relative_index<'a>(plugin: &Plugin<'a>, inside: &str) -> Result<f64, SceneError> {
     let index = |name: &str, otherwise: &str| {
@@ -66,16 +52,4 @@ pub fn relative_index<'a>(plugin: &Plugin<'a>, inside: &str) -> Result<f64, Scen
         })
     };
     Ok(index("int_ior", inside)? / index("ext_ior", "air")?)
-}
-
-/// Our name of a metal; one that is not known becomes chromium.
-pub fn metal(plugin: &Plugin, name: &str, context: &mut Context) -> &'static str {
-    if let Some((_, ours)) = METALS.iter().find(|(theirs, _)| *theirs == name) {
-        let text =
-            format!("the conductor `{name}` becomes our `{ours}`, whose table differs by some 0.02 in reflectance");
-        context.approximate(plugin.place(), text);
-        return ours;
-    }
-    context.approximate(plugin.place(), format!("the conductor `{name}` is not known, and is taken for `chromium`"));
-    "chromium"
 }

@@ -11,6 +11,7 @@ mod emitter;
 mod index;
 mod material;
 pub(super) mod mesh;
+mod metals;
 mod meter;
 pub(super) mod observer;
 mod plugin;
@@ -56,7 +57,7 @@ pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, Sc
             "integrator" => context.note(NoteKind::Ignored, &child.place, "a second integrator"),
             "sensor" if context.camera.is_none() => context.camera = Some(sensor::write(child, &mut context)?),
             "sensor" => context.note(NoteKind::Ignored, &child.place, "a second sensor"),
-            "shape" => shape::write(child, &[], &mut context)?,
+            "shape" => shape::write(child, &mut context)?,
             "emitter" => emitter::write(child, &mut context)?,
             // What is referred to is written where it is used.
             "bsdf" | "texture" | "spectrum" | "rgb" | "alias" => {}
@@ -70,7 +71,7 @@ pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, Sc
     let camera = context.camera.ok_or_else(|| {
         xml.root.place.error("the scene has no sensor", "add `<sensor type=\"perspective\">` with a `to_world`")
     })?;
-    for part in [camera, context.materials, context.shapes, context.emitters] {
+    for part in [camera, context.materials, context.groups, context.shapes, context.emitters] {
         head.append(part);
     }
     Ok(Translation::new(head, context.attachments, context.notes))

@@ -76,10 +76,28 @@ pub fn describe(parameters: &Parameters, context: &mut Context) -> Result<Descri
         "thindielectric" => {
             Description::new("thin_glass", place).with("eta", Value::Number(index(parameters, context)?))
         }
-        "diffusetransmission" | "translucent" => {
+        "diffusetransmission" => {
+            let scale = parameters.float_or("scale", 1.0)?;
+            let [mut reflected, mut passing] = [
+                reflectance(&["reflectance"], 0.25, context)?.scaled([scale; 3]),
+                reflectance(&["transmittance"], 0.25, context)?.scaled([scale; 3]),
+            ];
+            let sum = reflected.greatest().zip(passing.greatest()).map_or(0.0, |(a, b)| a + b);
+            if sum > 1.0 {
+                nearest(
+                    "may create light where it reflects and lets pass more than there is: it is made darker",
+                    context,
+                );
+                [reflected, passing] = [reflected, passing].map(|texture| texture.scaled([1.0 / sum; 3]));
+            }
+            Description::new("diffuse_transmission", place)
+                .with("reflectance", reflected)
+                .with("transmittance", passing)
+        }
+        "translucent" => {
             nearest("lets no light through here: it is matte", context);
-            parameters.skip(&["transmittance", "reflect", "transmit", "roughness", "remaproughness", "Ks", "scale"]);
-            Description::new("lambert", place).with("albedo", reflectance(&["reflectance", "Kd"], 0.25, context)?)
+            parameters.skip(&["reflect", "transmit", "roughness", "remaproughness", "Ks"]);
+            Description::new("lambert", place).with("albedo", reflectance(&["Kd"], 0.25, context)?)
         }
         "interface" | "none" | "" => Description::new("null", place),
         "subsurface" | "kdsubsurface" => {

@@ -56,15 +56,18 @@ const GLASSES: [(&str, f64); 8] = [
     ("glass-SF11", 1.7847),
 ];
 
-/// Metals by pbrt's names and by ours, with η and k in linear sRGB, by the samples at 630, 532 and 465 nm.
-const METALS: [(&str, Option<&str>, [f64; 3], [f64; 3]); 7] = [
-    ("Ag", Some("silver"), [0.135, 0.130, 0.140], [3.99, 3.10, 2.56]),
-    ("Al", Some("aluminium"), [1.35, 0.880, 0.640], [7.47, 6.40, 5.60]),
-    ("Au", Some("gold"), [0.194, 0.530, 1.33], [3.06, 2.18, 1.85]),
-    ("Cu", Some("copper"), [0.214, 1.05, 1.16], [3.67, 2.59, 2.45]),
-    ("CuZn", Some("brass"), [0.444, 0.640, 1.17], [3.70, 2.58, 1.90]),
-    ("MgO", None, [1.736, 1.744, 1.752], [0.0; 3]),
-    ("TiO2", None, [2.87, 3.02, 3.20], [0.0; 3]),
+/// η and k in linear sRGB.
+type Index = [[f64; 3]; 2];
+
+/// Metals by pbrt's names and by ours, with their indices by the samples at 630, 532 and 465 nm.
+const METALS: [(&str, Option<&str>, Index); 7] = [
+    ("Ag", Some("silver"), [[0.135, 0.130, 0.140], [3.99, 3.10, 2.56]]),
+    ("Al", Some("aluminium"), [[1.35, 0.880, 0.640], [7.47, 6.40, 5.60]]),
+    ("Au", Some("gold"), [[0.194, 0.530, 1.33], [3.06, 2.18, 1.85]]),
+    ("Cu", Some("copper"), [[0.214, 1.05, 1.16], [3.67, 2.59, 2.45]]),
+    ("CuZn", Some("brass"), [[0.444, 0.640, 1.17], [3.70, 2.58, 1.90]]),
+    ("MgO", None, [[1.736, 1.744, 1.752], [0.0; 3]]),
+    ("TiO2", None, [[2.87, 3.02, 3.20], [0.0; 3]]),
 ];
 
 /// Our name of the metal whose η and k these parameters name, if they name one.
@@ -155,7 +158,7 @@ fn constant(value: f64, quantity: Quantity) -> [f64; 3] {
 fn of_list(list: &[f64], quantity: Quantity, place: &Place, context: &mut Context) -> Result<[f64; 3], SceneError> {
     let wrong =
         || place.error("a spectrum is no list of pairs by growing wavelength", "give a wavelength and a value each");
-    if list.is_empty() || list.len() % 2 != 0 {
+    if list.is_empty() || !list.len().is_multiple_of(2) {
         return Err(wrong());
     }
     let pairs: Vec<(f64, f64)> = list.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
@@ -188,7 +191,7 @@ fn named(name: &str, quantity: Quantity, parameter: &Parameter, context: &mut Co
         context.approximate(place, format!("`{name}` has the index {index} at all wavelengths"));
         return Ok([*index; 3]);
     }
-    for (metal, _, eta, k) in METALS {
+    for (metal, _, [eta, k]) in METALS {
         let found = match name.strip_prefix("metal-").and_then(|rest| rest.strip_prefix(metal)) {
             Some("-eta") => eta,
             Some("-k") => k,

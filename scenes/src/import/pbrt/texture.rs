@@ -71,6 +71,16 @@ impl Texture {
         if r == g && g == b { r } else { (r + g + b) / 3.0 }
     }
 
+    /// The greatest of its values; `None` of an image.
+    pub fn greatest(&self) -> Option<f64> {
+        let values = match self {
+            Self::Constant(colour) => colour.as_slice(),
+            Self::Checkerboard { values, .. } => values.as_flattened(),
+            Self::Image { .. } => return None,
+        };
+        Some(values.iter().copied().fold(0.0, f64::max))
+    }
+
     /// Each value as a function makes it; `None` of an image.
     pub fn each(&self, function: impl Fn(f64) -> f64) -> Option<Self> {
         match self {

@@ -32,7 +32,13 @@ fn matte_and_mirrors() {
     check(&format!("<bsdf type=\"diffuse\">{hex}</bsdf>"), "type = \"lambert\"\nalbedo = [1.0, 0.0, 0.0]", 0);
     check("<bsdf type=\"conductor\"/>", "type = \"mirror\"\nreflectance = 1.0", 0);
     let gold = "<bsdf type=\"conductor\"><string name=\"material\" value=\"Au\"/></bsdf>";
-    check(gold, "type = \"conductor\"\nmetal = \"gold\"", 1);
+    let index = "eta = [0.143036, 0.375307, 1.44205]\nk = [3.983, 2.38556, 1.60336]";
+    check(gold, &format!("type = \"conductor\"\n{index}"), 0);
+    check(
+        &gold.replace("Au", "gold"),
+        "type = \"conductor\"\neta = [4.36967, 2.91651, 1.6549]\nk = [5.20655, 4.23131, 3.7547]",
+        1,
+    );
     check("<bsdf type=\"null\"/>", "type = \"null\"", 0);
     let (text, notes) = material("<bsdf type=\"diffuse\"/>");
     assert_eq!(text, "[materials.diffuse_line2]\ntype = \"lambert\"\nalbedo = 0.5");
@@ -115,7 +121,7 @@ fn older_models() {
                   <rgb name=\"specularReflectance\" value=\"1\"/></bsdf>";
     assert!(material_by("0.5.0", bright).0.contains("kd = 0.5\nks = 0.5\nn = 30.0"));
     let usual = "<bsdf type=\"conductor\" id=\"m\"/>";
-    assert!(material_by("0.6.0", usual).0.ends_with("metal = \"copper\""));
+    assert!(material_by("0.6.0", usual).0.ends_with("k = [3.91326, 2.45305, 2.14209]"));
 }
 
 #[test]

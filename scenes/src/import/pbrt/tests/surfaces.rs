@@ -48,7 +48,7 @@ fn every_model_of_the_fourth_version() {
     assert_eq!(kind("\"dielectric\" \"float roughness\" .1"), "rough_dielectric");
     assert_eq!(kind("\"thindielectric\""), "thin_glass");
     assert_eq!(kind("\"interface\""), "null");
-    assert_eq!(kind("\"diffusetransmission\""), "lambert");
+    assert_eq!(kind("\"diffusetransmission\""), "diffuse_transmission");
     for near in ["subsurface", "hair", "measured", "coatedconductor", "kdsubsurface", "of my own"] {
         let (_, translation) = material(&format!("Material \"{near}\""), &[]);
         assert!(!notes(&translation, NoteKind::Approximated).is_empty(), "{near}");
