@@ -131,13 +131,13 @@ impl Lines {
     }
 }
 
-/// A mesh that has no file of its own, which the text names as if it had: an OBJ.
+/// A mesh or an image that has no file of its own, which the text names as if it had.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Attachment {
     /// The file's name.
     pub name: String,
     /// What the file would hold.
-    pub text: String,
+    pub bytes: Vec<u8>,
 }
 
 /// A foreign scene, translated.

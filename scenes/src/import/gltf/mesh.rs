@@ -1,0 +1,222 @@
+//! Meshes where they stand.
+
+use std::rc::Rc;
+
+use glam::DMat4;
+
+use super::accessor::Accessor;
+use super::context::Context;
+use super::document::Item;
+use super::material::{self, Form, Tint};
+use super::node::{Placed, flattens};
+use super::primitive::{self, MOST_TRIANGLES, Part, Piece};
+use super::schema::{Kind, Mesh, Primitive, Skin};
+use crate::builder::MeshData;
+use crate::error::SceneError;
+use crate::import::mitsuba::transform::steps;
+use crate::import::ply;
+use crate::import::translation::{Place, quoted};
+
+/// The meshes of a scene as they are written.
+pub struct Meshes {
+    /// Where every node stands, by its number.
+    pub worlds: Vec<Option<DMat4>>,
+    /// Whether triangles are kept, to choose a camera.
+    pub keep: bool,
+    /// Those that are kept, where they stand.
+    pub kept: Vec<MeshData>,
+    /// How many triangles there are so far.
+    pub triangles: usize,
+}
+
+impl Meshes {
+    /// Writes a mesh where its node stands.
+    pub fn write<'t>(
+        &mut self,
+        index: usize,
+        placed: &Placed<'t>,
+        context: &mut Context<'_, 't>,
+    ) -> Result<(), SceneError> {
+        let document = &context.asset.document;
+        let place = document.place_of_item(&placed.item);
+        let world = match placed.node.skin {
+            Some(skin) => self.skinned(skin, placed, context)?,
+            None => placed.world,
+        };
+        if flattens(&world) {
+            context.approximate(&place, "a mesh that its transform flattens is left out");
+            return Ok(());
+        }
+        let item = document.item(Kind::Mesh, index, &placed.item)?;
+        let mesh: Mesh = document.parse(&item)?;
+        let weights = if placed.node.weights.is_empty() { &mesh.weights } else { &placed.node.weights };
+        if weights.iter().any(|&weight| weight != 0.0) {
+            context.approximate(&place, "morph targets are left out, though they have weights");
+        }
+        for (number, raw) in mesh.primitives.iter().enumerate() {
+            let piece = match context.pieces.get(&(index, number)) {
+                Some(piece) => piece.clone(),
+                None => {
+                    let title = format!("{}, primitive {number},", item.title());
+                    let primitive: Primitive = document.parse_part(&item, raw, &title)?;
+                    let part = Part { item: &item, title, primitive: &primitive };
+                    let piece = self.piece(&part, &document.place_of(raw), context)?.map(Rc::new);
+                    context.pieces.insert((index, number), piece.clone());
+                    piece
+                }
+            };
+            if let Some(piece) = piece {
+                self.place(&piece, &world, &place, context)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes a part of a mesh once more.
+    fn place(&mut self, piece: &Piece, world: &DMat4, place: &Place, context: &mut Context) -> Result<(), SceneError> {
+        self.triangles += piece.triangles;
+        if self.triangles > MOST_TRIANGLES {
+            let message = format!("with its copies the file has more than {MOST_TRIANGLES} triangles");
+            return Err(place.error(message, "use its meshes less often"));
+        }
+        if let Some(mesh) = &piece.mesh {
+            let positions = mesh.positions.iter().map(|&p| world.transform_point3(p)).collect();
+            self.kept.push(MeshData { positions, triangles: mesh.triangles.clone(), ..MeshData::default() });
+        }
+        let lines = &mut context.shapes;
+        lines.table(place, "[[shapes]]");
+        lines.key(place, "type", quoted("mesh"));
+        lines.key(place, "file", quoted(&piece.file));
+        lines.key(place, "material", quoted(&piece.material));
+        if let Some((emission, two_sided)) = &piece.emission {
+            lines.key(place, "emission", emission);
+            if *two_sided {
+                lines.key(place, "two_sided", "true");
+            }
+            context.emits = true;
+        }
+        if let Some(steps) = steps(&[*world]) {
+            lines.key(place, "transform", steps);
+        }
+        Ok(())
+    }
+
+    /// A part of a mesh, kept as a file; `None`, and a note, where there is nothing to see.
+    fn piece<'t>(
+        &self,
+        part: &Part<'_, 't>,
+        place: &Place,
+        context: &mut Context<'_, 't>,
+    ) -> Result<Option<Piece>, SceneError> {
+        let (asset, primitive) = (context.asset, part.primitive);
+        match primitive.mode {
+            4..=6 => {}
+            0..=3 => {
+                context.ignore(place, "points and lines, which have no area");
+                return Ok(None);
+            }
+            mode => {
+                let error = asset.document.place_of_item(part.item);
+                return Err(error.error(format!("{} has the mode {mode}", part.title), "give one from 0 to 6"));
+            }
+        }
+        if primitive.extensions.contains_key("KHR_draco_mesh_compression") {
+            let position = primitive.attributes.get("POSITION");
+            let position = position.map(|&index| Accessor::open(asset, index, part.item)).transpose()?;
+            if !position.is_some_and(|position| position.has_bytes()) {
+                let message =
+                    format!("{} is compressed by `KHR_draco_mesh_compression`, which is not read", part.title);
+                return Err(place.error(message, "export the file without compression"));
+            }
+        }
+        if !primitive.targets.is_empty() {
+            context.ignore(place, "morph targets: the mesh is as it is without them");
+        }
+        self.attributes(primitive, place, context);
+        let source = material::source(primitive.material, part.item, context)?;
+        let left = MOST_TRIANGLES.saturating_sub(self.triangles);
+        let Some(geometry) = part.read(asset, &source.plan, left)? else {
+            context.ignore(place, "a part of a mesh without triangles of any area");
+            return Ok(None);
+        };
+        if geometry.bad_uvs > 0 {
+            let text = format!("{} texture coordinates that are no numbers are taken as 0", geometry.bad_uvs);
+            context.approximate(place, text);
+        }
+        let mut mesh = geometry.mesh;
+        let form = Form { has_uvs: !mesh.uvs.is_empty(), tint: geometry.tint };
+        let written = material::written(primitive.material, source, form, context)?;
+        let mut emission = written.emission.clone();
+        if let (Some(factor), Tint::Varying) = (written.vertex_factor, geometry.tint) {
+            mesh.colours = primitive::tinted(&geometry.colours, factor);
+            let black = mesh.colours.iter().all(|colour| colour.is_zero());
+            emission = emission.filter(|_| !black);
+        }
+        let file = context.attach("mesh", "ply", ply::write::write(&mesh));
+        context.mapped(place, format!("{} becomes a `mesh`", part.title.trim_end_matches(',')));
+        Ok(Some(Piece {
+            file,
+            material: written.name.clone(),
+            emission,
+            triangles: mesh.triangles.len(),
+            mesh: self.keep.then_some(mesh),
+        }))
+    }
+
+    /// Tells of attributes that are not read.
+    fn attributes(&self, primitive: &Primitive, place: &Place, context: &mut Context) {
+        for name in primitive.attributes.keys() {
+            match name.as_str() {
+                "POSITION" | "NORMAL" | "COLOR_0" => {}
+                "TANGENT" => context.ignore(place, "`TANGENT`: tangents run along growing u"),
+                name if name.starts_with("TEXCOORD_")
+                    || name.starts_with("JOINTS_")
+                    || name.starts_with("WEIGHTS_") => {}
+                name => context.ignore(place, format!("the attribute `{}`", super::document::shown(name))),
+            }
+        }
+    }
+
+    /// Where the first joint of a skin takes the mesh, as all do at rest.
+    fn skinned<'t>(
+        &self,
+        skin: usize,
+        placed: &Placed<'t>,
+        context: &mut Context<'_, 't>,
+    ) -> Result<DMat4, SceneError> {
+        let document = &context.asset.document;
+        let item: Item = document.item(Kind::Skin, skin, &placed.item)?;
+        let skin: Skin = document.parse(&item)?;
+        let place = document.place_of_item(&item);
+        let inverse = match skin.inverse_bind_matrices {
+            Some(index) => Some(Accessor::open(context.asset, index, &item)?),
+            None => None,
+        };
+        let joint = |number: usize, joint: usize| -> Option<DMat4> {
+            let bind = match &inverse {
+                Some(list) if number < list.count && list.components == 16 => {
+                    DMat4::from_cols_array(&list.get::<16>(number))
+                }
+                _ => DMat4::IDENTITY,
+            };
+            let world = (*self.worlds.get(joint)?)? * bind;
+            (world.is_finite() && world.row(3) == glam::DVec4::W).then_some(world)
+        };
+        let maps: Vec<Option<DMat4>> = skin.joints.iter().enumerate().map(|(n, &j)| joint(n, j)).collect();
+        let Some(first) = maps.first().copied().flatten() else {
+            context.approximate(&place, "a skin whose joints are nowhere is left out");
+            return Ok(placed.world);
+        };
+        let size = first
+            .abs_diff_eq(DMat4::ZERO, 0.0)
+            .then_some(1.0)
+            .unwrap_or_else(|| first.to_cols_array().iter().fold(0.0f64, |largest, x| largest.max(x.abs())));
+        if maps.iter().any(|map| map.is_none_or(|map| !map.abs_diff_eq(first, 1e-3 * size))) {
+            context
+                .approximate(&place, "a skin is left out: its mesh stands as its first joint has it, without a pose");
+        } else {
+            context.ignore(&place, "a skin at rest: its mesh stands as its joints have it");
+        }
+        Ok(first)
+    }
+}
