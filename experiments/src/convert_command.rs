@@ -17,7 +17,8 @@ pub fn convert(args: &ConvertArgs) -> Result<Status, Error> {
     let has_ending = |path: &Path, ending: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
     let source = Path::new(&args.scene);
     if has_ending(source, "toml") || scenes::builtin_names().contains(&args.scene.as_str()) {
-        let message = format!("{}: this is a scene file already; give a .xml, .pbrt, .gltf, .glb or .obj file", args.scene);
+        let message =
+            format!("{}: this is a scene file already; give a .xml, .pbrt, .gltf, .glb or .obj file", args.scene);
         return Err(Error::usage(message));
     }
     if !has_ending(&args.output, "toml") {

@@ -29,7 +29,7 @@ fn a_scene_renders_to_the_same_bits_as_it_is_and_converted() {
     let folder = folder_with(&[("room.xml", SCENE)]);
     std::fs::create_dir(folder.path().join("out")).unwrap();
     let text = succeed(folder.path(), &["convert", "room.xml", "-o", "out/room.toml"]);
-    assert!(text.contains("1 meshes beside it") && text.contains("becomes a mesh"), "{text}");
+    assert!(text.contains("1 files beside it") && text.contains("becomes a mesh"), "{text}");
     let render = |scene: &str, name: &str| {
         let (image, stats) = (format!("{name}.exr"), format!("{name}.json"));
         succeed(folder.path(), &["render", scene, "--spp", "4", "-o", &image, "--stats", &stats]);
