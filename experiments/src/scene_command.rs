@@ -18,11 +18,23 @@ struct Report<'a> {
     camera: String,
     crop: Option<[u32; 4]>,
     needs: &'a Needs,
+    instances: Instances,
     skipped: Vec<&'static str>,
     methods: Vec<Support>,
     /// What the importer found, and what it became.
     mapped: Vec<String>,
     notes: &'a [String],
+}
+
+/// What is kept once and placed many times.
+#[derive(serde::Serialize)]
+struct Instances {
+    /// Instances of groups.
+    count: usize,
+    /// Triangles that are kept.
+    triangles_kept: usize,
+    /// Triangles that rays meet, those of a group once for each of its instances.
+    triangles_placed: u64,
 }
 
 /// What a method can do in the scene.
@@ -64,6 +76,7 @@ fn describe<'a>(scene: &'a Scene, found: &[Note]) -> Result<Report<'a>, Error> {
         let unsupported = method.unsupported(scene);
         methods.push(Support { method: entry.name, unsupported, missing_light: method.missing_light(&scene.facts) });
     }
+    let counts = scene.counts();
     Ok(Report {
         scene: &scene.name,
         hash: &scene.hash,
@@ -73,11 +86,23 @@ fn describe<'a>(scene: &'a Scene, found: &[Note]) -> Result<Report<'a>, Error> {
         camera: scene.camera.to_string(),
         crop: scene.crop.map(|Crop { x, y, width, height }| [x, y, width, height]),
         needs: &scene.needs,
+        instances: Instances {
+            count: counts.instances,
+            triangles_kept: counts.triangles,
+            triangles_placed: counts.placed_triangles,
+        },
         skipped: scene.needs.skipped(),
         methods,
         mapped: found.iter().filter(|note| note.kind == NoteKind::Mapped).map(Note::to_string).collect(),
         notes: &scene.notes,
     })
+}
+
+fn instances(instances: &Instances) -> String {
+    match instances.count {
+        0 => "none".to_owned(),
+        count => format!("{count}; {} triangles kept, {} placed", instances.triangles_kept, instances.triangles_placed),
+    }
 }
 
 fn in_words(report: &Report) -> String {
@@ -91,6 +116,7 @@ fn in_words(report: &Report) -> String {
         ),
         ("camera", report.camera.clone()),
         ("primitives", needs.primitives.to_string()),
+        ("instances", instances(&report.instances)),
         ("emitters", needs.emitters.to_string()),
         ("emitter choice", report.emitter_choice.to_owned()),
         ("environment", yes(needs.environment).to_owned()),

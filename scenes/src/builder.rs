@@ -4,6 +4,7 @@ mod area;
 mod assemble;
 mod check;
 mod extent;
+mod groups;
 mod hash;
 mod parts;
 mod varying;
@@ -11,6 +12,7 @@ mod varying;
 pub use crate::camera::{CameraSettings, Crop, Projection};
 pub use crate::emitter::{ChoiceRule, Emission, EnvironmentImage, Falloff, Mapping, Spot};
 pub use crate::shape::{MeshData, ShapeId};
+pub use groups::GroupId;
 
 use crate::error::SceneError;
 use crate::import::translation::{Place, carried_back};
@@ -20,6 +22,7 @@ use crate::scene::{Scene, Series};
 use crate::shape::Geometry;
 use crate::texture::Texture;
 use glam::{DAffine3, DVec3};
+use groups::{Group, Placement};
 use sampling::filter::Filter;
 use sampling::math::Spectrum;
 use std::fmt;
@@ -33,6 +36,14 @@ pub struct SceneBuilder {
     materials: Vec<Material>,
     material_names: Vec<MaterialName>,
     shapes: Vec<Shape>,
+    groups: Vec<Group>,
+    /// Those that stand in no group.
+    placements: Vec<Placement>,
+    /// The group that is being filled.
+    open: Option<GroupId>,
+    /// How many shapes and instances the open group has, or the scene itself; and the scene while a group is open.
+    members: u32,
+    shelved: u32,
     points: Vec<(DVec3, Spectrum)>,
     spots: Vec<Spot>,
     directionals: Vec<(DVec3, Spectrum)>,
@@ -53,6 +64,10 @@ struct Shape {
     transform: DAffine3,
     flipped: bool,
     emission: Option<Emission>,
+    /// The group that it is in.
+    group: Option<GroupId>,
+    /// Its place there, or among those in none.
+    number: u32,
 }
 
 /// What rays meet which meet nothing else.
@@ -97,6 +112,11 @@ impl SceneBuilder {
             materials: Vec::new(),
             material_names: Vec::new(),
             shapes: Vec::new(),
+            groups: Vec::new(),
+            placements: Vec::new(),
+            open: None,
+            members: 0,
+            shelved: 0,
             points: Vec::new(),
             spots: Vec::new(),
             directionals: Vec::new(),
@@ -148,7 +168,10 @@ impl SceneBuilder {
     }
 
     fn shape(&mut self, geometry: Geometry, material: MaterialId) -> ShapeId {
-        self.shapes.push(Shape { geometry, material, transform: DAffine3::IDENTITY, flipped: false, emission: None });
+        let transform = DAffine3::IDENTITY;
+        let (group, number) = (self.open, self.members);
+        self.members += 1;
+        self.shapes.push(Shape { geometry, material, transform, flipped: false, emission: None, group, number });
         ShapeId((self.shapes.len() - 1) as u32)
     }
 
@@ -159,9 +182,12 @@ impl SceneBuilder {
         shape.transform = transform * shape.transform;
     }
 
-    /// The least and the greatest value of any channel of a texture over a shape, as it is transformed now.
-    pub(crate) fn range(&self, shape: ShapeId, texture: &Texture) -> (f32, f32) {
-        self.shapes[shape.0 as usize].range(texture)
+    /// The least and the greatest value of any channel of a texture over a shape, as it is transformed now; None where that is
+    /// decided by the instances of its group.
+    pub(crate) fn range(&self, shape: ShapeId, texture: &Texture) -> Option<(f32, f32)> {
+        let shape = &self.shapes[shape.0 as usize];
+        let placed_later = shape.group.is_some() && matches!(texture, Texture::Ramp { .. });
+        (!placed_later).then(|| shape.range(texture))
     }
 
     /// Turns a shape's front over.

@@ -53,7 +53,8 @@ mod test_support;
 pub mod texture;
 
 pub use builder::{
-    CameraSettings, ChoiceRule, Emission, EnvironmentImage, Falloff, Mapping, MeshData, SceneBuilder, ShapeId, Spot,
+    CameraSettings, ChoiceRule, Emission, EnvironmentImage, Falloff, GroupId, Mapping, MeshData, SceneBuilder, ShapeId,
+    Spot,
 };
 pub use camera::{Camera, Crop, Projection, Rays, WeSample, WiSample};
 pub use emitter::{Emitter, EmitterId, Endpoint, EndpointKind, LeSample, LiSample};

@@ -106,8 +106,12 @@ impl BoundingSphere {
 /// How many of each thing a scene holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Counts {
-    /// Triangles with an area.
+    /// Triangles with an area; those of a group once.
     pub triangles: usize,
+    /// The same, those of a group for each of its instances.
+    pub placed_triangles: u64,
+    /// Instances of groups; one within a group for each instance of that.
+    pub instances: usize,
     /// Analytic spheres.
     pub spheres: usize,
     /// Analytic disks.
@@ -128,6 +132,8 @@ impl Scene {
         let count = |kind: fn(&Chart) -> bool| self.analytic.iter().filter(|info| kind(&info.chart)).count();
         Counts {
             triangles: self.triangles.len(),
+            placed_triangles: self.accel.placed_triangles(self.triangles.len()),
+            instances: self.accel.instances().len(),
             spheres: count(|chart| matches!(chart, Chart::Sphere(_))),
             disks: count(|chart| matches!(chart, Chart::Disk(_))),
             cylinders: count(|chart| matches!(chart, Chart::Cylinder(_))),

@@ -112,17 +112,23 @@ pub(crate) struct Places<'a> {
     pub infos: &'a [TriangleInfo],
     pub analytic: &'a [Analytic],
     pub analytic_infos: &'a [AnalyticInfo],
+    /// The surfaces of each instance, and the corners of its box.
+    pub placed: &'a [(&'a [Surface], [Vec3; 8])],
 }
 
 /// Notes of every body where its surfaces are.
 pub(crate) fn bound(materials: &mut [Material], places: &Places) {
     for (index, material) in materials.iter_mut().enumerate() {
         let Material::Subsurface(body) = material else { continue };
-        let own = |surface: u32| places.surfaces[surface as usize].material == MaterialId(index as u32);
+        let material = MaterialId(index as u32);
+        let own = |surface: u32| places.surfaces[surface as usize].material == material;
+        let holds = |surfaces: &[Surface]| surfaces.iter().any(|surface| surface.material == material);
+        let placed = places.placed.iter().filter(|(surfaces, _)| holds(surfaces)).flat_map(|(_, corners)| corners);
         let triangles = places.triangles.iter().zip(places.infos).filter(|(_, info)| own(info.surface));
         let vertices = triangles.flat_map(|(triangle, _)| triangle.0).map(|vertex| (vertex, 0.0));
         let analytic = places.analytic.iter().zip(places.analytic_infos).filter(|(_, info)| own(info.surface));
-        let balls: Vec<(Vec3, f32)> = vertices.chain(analytic.flat_map(|(surface, _)| surface.balls())).collect();
+        let balls = vertices.chain(analytic.flat_map(|(surface, _)| surface.balls()));
+        let balls: Vec<(Vec3, f32)> = balls.chain(placed.map(|&corner| (corner, 0.0))).collect();
         let (low, high) = balls
             .iter()
             .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), (p, r)| (low.min(p - *r), high.max(p + *r)));

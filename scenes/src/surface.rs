@@ -2,6 +2,7 @@
 
 use crate::emitter::EmitterId;
 use crate::material::MaterialId;
+use crate::ray::UNIT_ROUNDOFF;
 use crate::relief::Derivatives;
 use crate::shape::{Cylinder, Disk, turns};
 use crate::texture::SurfaceCoordinates;
@@ -55,6 +56,16 @@ impl Chart {
             Self::Cylinder(cylinder) => cylinder.uv(p),
         };
         SurfaceCoordinates { uv, ..SurfaceCoordinates::of(p) }
+    }
+
+    /// What rounding may leave of the error of a point before it is rounded \[m\].
+    pub fn residual(&self) -> f32 {
+        match self {
+            // The evaluation is in f64; what it leaves is far below this.
+            Self::Sphere(sphere) => sphere.radius * UNIT_ROUNDOFF,
+            Self::Disk(disk) => disk.residual(),
+            Self::Cylinder(cylinder) => cylinder.residual(),
+        }
     }
 
     /// How that point moves with its texture coordinates.
@@ -122,10 +133,17 @@ impl Attributes {
     /// The interpolated normal of a triangle at barycentric coordinates `b`, on the side of `ng`; `ng` where it vanishes.
     #[inline]
     pub fn normal(&self, id: u32, b: Vec2, ng: Vec3) -> Vec3 {
+        self.mapped_normal(id, b, ng, |n| n)
+    }
+
+    /// The same where every vertex normal is mapped before; `ng` is the triangle's normal then.
+    #[inline]
+    pub fn mapped_normal(&self, id: u32, b: Vec2, ng: Vec3, map: impl Fn(Vec3) -> Vec3) -> Vec3 {
         if self.normals.is_empty() {
             return ng;
         }
-        let [n0, n1, n2] = self.triangles[(id - self.first) as usize].map(|vertex| self.normals[vertex as usize]);
+        let vertices = self.triangles[(id - self.first) as usize];
+        let [n0, n1, n2] = vertices.map(|vertex| map(self.normals[vertex as usize]));
         let normal = n0 * (1.0 - b.x - b.y) + n1 * b.x + n2 * b.y;
         match normal.try_normalize() {
             Some(ns) if ns.dot(ng) >= 0.0 => ns,

@@ -3,7 +3,7 @@
 use super::pairing::Pair;
 use super::query::Query;
 use crate::ray::UNIT_ROUNDOFF;
-use glam::Vec4;
+use glam::{DVec3, Vec4};
 use sampling::{Vec2, Vec3, vec2};
 
 /// Number of pairs in a block.
@@ -75,23 +75,23 @@ impl Block {
         [corner(0), corner(1 + second), corner(2 + second)]
     }
 
-    /// Where the query's line meets a lane's triangle: the point, rounded once, and its barycentric coordinates of the
-    /// vertices 1 and 2 in the order they were given in.
+    /// Where a line meets a lane's triangle: the point, and its barycentric coordinates of the vertices 1 and 2 in the order they
+    /// were given in.
     ///
     /// All in `f64` \[Moeller97\], and kept within the triangle, so that the point is on its plane whatever the angle.
     #[inline]
-    pub fn point(&self, lane: usize, query: &Query) -> (Vec3, Vec2) {
+    pub fn point(&self, lane: usize, origin: DVec3, direction: DVec3) -> (DVec3, Vec2) {
         let [a, b, c] = self.corners(lane).map(Vec3::as_dvec3);
         let (edge_1, edge_2) = (b - a, c - a);
-        let p = query.direction.cross(edge_2);
-        let s = query.origin - a;
+        let p = direction.cross(edge_2);
+        let s = origin - a;
         let inverse = edge_1.dot(p).recip();
         let b1 = s.dot(p) * inverse;
-        let b2 = query.direction.dot(s.cross(edge_1)) * inverse;
+        let b2 = direction.dot(s.cross(edge_1)) * inverse;
         // Written so that the NaN of a triangle seen edge-on becomes its first corner.
         let b1 = min(max(b1, 0.0), 1.0);
         let b2 = min(max(b2, 0.0), 1.0 - b1);
-        let point = (a + edge_1 * b1 + edge_2 * b2).as_vec3();
+        let point = a + edge_1 * b1 + edge_2 * b2;
         let weights = [(1.0 - b1 - b2) as f32, b1 as f32, b2 as f32];
         // Vertex v is corner v − rotation.
         let uv = match self.rotations[lane % LANES] {

@@ -1,8 +1,8 @@
 //! Everything that a ray meets, not only what it meets first.
 
 use super::query::{Query, dominant_axis};
-use super::tree::LEAF;
-use super::{ANALYTIC, Accel, Hit};
+use super::tree::{INSTANCE, LEAF, NUMBER, SINGLE};
+use super::{ANALYTIC, Accel, Best, Hit, LANES};
 use crate::ray::Ray;
 
 /// A triangle or an analytic surface, as numbered when built.
@@ -10,6 +10,14 @@ use crate::ray::Ray;
 pub(crate) enum Primitive {
     Triangle(u32),
     Analytic(u32),
+}
+
+impl Primitive {
+    /// The primitive of an id.
+    #[inline]
+    pub(super) fn of(id: u32) -> Self {
+        if id & ANALYTIC != 0 { Self::Analytic(id & !ANALYTIC) } else { Self::Triangle(id) }
+    }
 }
 
 impl Accel {
@@ -23,53 +31,53 @@ impl Accel {
     }
 
     fn all_along<const Z: usize>(&self, ray: &Ray, wanted: impl Fn(Primitive) -> bool, mut visit: impl FnMut(Hit)) {
-        let query = Query::new::<Z>(ray);
-        if !self.nodes.is_empty() {
-            return self.leaves_met(ray, |leaf| {
-                if leaf & ANALYTIC != 0 {
-                    self.all_of_analytic(leaf & !(LEAF | ANALYTIC), ray, &query, &wanted, &mut visit);
-                } else {
-                    self.all_of_block::<Z>(leaf & !LEAF, ray, &query, &wanted, &mut visit);
+        let (query, t_max) = (Query::new::<Z>(ray), f64::from(ray.t_max));
+        self.all_plain::<Z>(ray, &query, t_max, &mut |best| {
+            if wanted(Primitive::of(best.id)) {
+                visit(self.resolve_plain(&query, &best));
+            }
+        });
+        if !self.instances().is_empty() {
+            self.leaves_met(ray, |leaf| {
+                if leaf & INSTANCE != 0 {
+                    self.all_of_instance(leaf & NUMBER, ray, t_max, &wanted, &mut visit);
                 }
             });
         }
-        (0..self.blocks.len() as u32).for_each(|i| self.all_of_block::<Z>(i, ray, &query, &wanted, &mut visit));
-        (0..self.analytic.len() as u32).for_each(|i| self.all_of_analytic(i, ray, &query, &wanted, &mut visit));
     }
 
-    fn all_of_block<const Z: usize>(
-        &self,
-        index: u32,
-        ray: &Ray,
-        query: &Query,
-        wanted: &impl Fn(Primitive) -> bool,
-        visit: &mut impl FnMut(Hit),
-    ) {
+    /// Visits every meeting but those in instances.
+    pub(super) fn all_plain<const Z: usize>(&self, ray: &Ray, query: &Query, t_max: f64, visit: &mut impl FnMut(Best)) {
+        if !self.nodes.is_empty() {
+            return self.leaves_met(ray, |leaf| {
+                if leaf & SINGLE == 0 {
+                    self.all_of_block::<Z>(leaf & !LEAF, query, t_max, visit);
+                } else if leaf & INSTANCE == 0 {
+                    self.all_of_analytic(leaf & NUMBER, query, t_max, visit);
+                }
+            });
+        }
+        (0..self.blocks.len() as u32).for_each(|index| self.all_of_block::<Z>(index, query, t_max, visit));
+        (0..self.analytic.len() as u32).for_each(|index| self.all_of_analytic(index, query, t_max, visit));
+    }
+
+    fn all_of_block<const Z: usize>(&self, index: u32, query: &Query, t_max: f64, visit: &mut impl FnMut(Best)) {
         let block = &self.blocks[index as usize];
-        block.for_each_meeting::<Z>(query, ray.t_max, |lane, t| {
-            let id = block.id(lane as usize);
-            if t > 0.0 && t < f64::from(ray.t_max) && wanted(Primitive::Triangle(id)) {
-                let (p, b) = block.point(lane as usize, query);
-                visit(Hit::Triangle { t: t as f32, id, p, b });
+        block.for_each_meeting::<Z>(query, t_max as f32, |lane, t| {
+            if t > 0.0 && t < t_max {
+                let id = block.id(lane as usize);
+                visit(Best { t, slot: index * LANES as u32 + lane, id, ..Best::new(0.0) });
             }
             false
         });
     }
 
-    fn all_of_analytic(
-        &self,
-        id: u32,
-        ray: &Ray,
-        query: &Query,
-        wanted: &impl Fn(Primitive) -> bool,
-        visit: &mut impl FnMut(Hit),
-    ) {
-        let surface = &self.analytic[id as usize];
+    fn all_of_analytic(&self, index: u32, query: &Query, t_max: f64, visit: &mut impl FnMut(Best)) {
+        let surface = &self.analytic[index as usize];
         let inverse_length2 = query.direction.length_squared().recip();
         for t in surface.meetings(query.origin, query.direction, inverse_length2) {
-            if t > 0.0 && t < f64::from(ray.t_max) && wanted(Primitive::Analytic(id)) {
-                let at = surface.point(query.origin, query.direction, t);
-                visit(Hit::Analytic { t: t as f32, id, at });
+            if t > 0.0 && t < t_max {
+                visit(Best { t, slot: ANALYTIC | index, id: ANALYTIC | index, ..Best::new(0.0) });
             }
         }
     }
@@ -91,6 +99,7 @@ mod tests {
             found.push(match hit {
                 Hit::Triangle { t, id, .. } => (t, id),
                 Hit::Analytic { t, id, .. } => (t, ANALYTIC | id),
+                _ => unreachable!("there are no instances"),
             })
         });
         found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -120,6 +129,7 @@ mod tests {
                 found.first().map(|(t, _)| *t),
                 tree.closest(&ray).map(|hit| match hit {
                     Hit::Triangle { t, .. } | Hit::Analytic { t, .. } => t,
+                    _ => unreachable!("there are no instances"),
                 })
             );
             let (balls, flat): (Vec<_>, Vec<_>) = found.into_iter().partition(|(_, id)| id & ANALYTIC != 0);

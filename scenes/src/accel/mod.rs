@@ -3,10 +3,12 @@
 //! Triangles are kept in [pairs](pairing), four pairs to a [`block`], tested together without leaks; spheres, disks and cylinders are
 //! analytic. A few primitives are simply
 //! searched; more are put in a [`tree`] of four children a node, collapsed from the binary tree that `obvhs` builds.
-//! Whichever it is, the hits are the same: boxes only decide what is looked at.
+//! Whichever it is, the hits are the same: boxes only decide what is looked at. What is placed many times is kept once, in a tree of
+//! its own, and is a leaf of the tree of the scene wherever it is placed: an [`instance`].
 
 mod block;
 mod crossings;
+mod instance;
 mod pairing;
 mod query;
 mod traverse;
@@ -17,6 +19,8 @@ use crate::ray::{Ray, SurfacePoint};
 use crate::shape::{Analytic, Triangle};
 use block::{Block, LANES, PAIRS};
 pub(crate) use crossings::Primitive;
+use glam::DVec3;
+pub(crate) use instance::{Instance, Prototype};
 use query::{Query, dominant_axis};
 use sampling::{Vec2, Vec3};
 use tree::Node;
@@ -32,6 +36,9 @@ pub(crate) struct Accel {
     /// Empty if the primitives are searched as a list.
     nodes: Vec<Node>,
     depth: usize,
+    /// Only in the tree of a scene, and then there are nodes.
+    instances: Vec<Instance>,
+    prototypes: Vec<Prototype>,
 }
 
 /// Where a ray meets a surface first.
@@ -57,6 +64,32 @@ pub(crate) enum Hit {
         /// The point.
         at: SurfacePoint,
     },
+    /// On a triangle of an instance.
+    PlacedTriangle {
+        /// Parameter along the ray.
+        t: f32,
+        /// Which one, as numbered when built.
+        id: u32,
+        /// The instance.
+        instance: u32,
+        /// The point in the scene, rounded once.
+        p: Vec3,
+        /// Barycentric coordinates of the vertices 1 and 2.
+        b: Vec2,
+    },
+    /// On an analytic surface of an instance.
+    PlacedAnalytic {
+        /// Parameter along the ray.
+        t: f32,
+        /// Which one, as numbered when built.
+        id: u32,
+        /// The instance.
+        instance: u32,
+        /// The point in the scene, rounded once.
+        p: Vec3,
+        /// The unit normal of its front in the scene.
+        ng: Vec3,
+    },
 }
 
 /// The nearest hit so far; the slot says where the primitive is kept.
@@ -65,24 +98,46 @@ struct Best {
     t: f64,
     slot: u32,
     id: u32,
+    /// Where it is, if the slot says that it is in an instance.
+    placed: Placed,
+}
+
+/// A primitive of an instance.
+#[derive(Clone, Copy, Default)]
+struct Placed {
+    instance: u32,
+    /// Where it is kept there.
+    slot: u32,
 }
 
 /// Marks the slot and the id of an analytic surface.
 const ANALYTIC: u32 = 1 << 31;
+/// The slot of what is in an instance.
+const PLACED: u32 = 1 << 30;
 const NOTHING: u32 = u32::MAX;
 
 impl Best {
     #[inline]
     fn new(t_max: f32) -> Self {
-        Best { t: f64::from(t_max), slot: NOTHING, id: 0 }
+        Best { t: f64::from(t_max), slot: NOTHING, id: 0, placed: Placed::default() }
     }
 
     /// Takes a hit if it is nearer; of two equally near, the one numbered first, so that no arrangement matters.
     #[inline]
     fn offer(&mut self, t: f64, slot: u32, id: u32) {
         if t > 0.0 && (t < self.t || (t == self.t && id < self.id)) {
-            *self = Best { t, slot, id };
+            (self.t, self.slot, self.id) = (t, slot, id);
         }
+    }
+
+    #[inline]
+    fn is_hit(&self) -> bool {
+        self.slot != NOTHING
+    }
+
+    #[inline]
+    fn is_placed(&self) -> bool {
+        self.slot == PLACED
     }
 }
 
@@ -94,10 +149,27 @@ impl Accel {
         let pairs = pairing::pair_up(triangles.as_ref());
         drop(triangles);
         if primitives > FEW || (skip == Skip::Nothing && primitives > 0) {
-            return tree::build(&pairs, analytic, eye);
+            return tree::build(&pairs, Accel { analytic, ..Accel::default() }, eye);
         }
         let blocks = pairs.chunks(PAIRS).map(Block::new).collect();
         Accel { blocks, analytic, ..Accel::default() }
+    }
+
+    /// The same with instances, of which there is at least one: always with a tree.
+    pub fn build_with(
+        triangles: impl AsRef<[Triangle]>,
+        analytic: Vec<Analytic>,
+        (instances, prototypes): (Vec<Instance>, Vec<Prototype>),
+        eye: Vec3,
+    ) -> Self {
+        let pairs = pairing::pair_up(triangles.as_ref());
+        drop(triangles);
+        tree::build(&pairs, Accel { analytic, instances, prototypes, ..Accel::default() }, eye)
+    }
+
+    /// How many instances there are.
+    pub fn instances(&self) -> &[Instance] {
+        &self.instances
     }
 
     /// The first surface on the ray's interval.
@@ -124,26 +196,33 @@ impl Accel {
     fn closest_along<const Z: usize>(&self, ray: &Ray) -> Option<Hit> {
         let query = Query::new::<Z>(ray);
         let mut best = Best::new(ray.t_max);
-        if self.nodes.is_empty() {
-            for index in 0..self.blocks.len() as u32 {
-                self.offer_block::<Z>(index, &query, &mut best);
-            }
-            self.offer_all_analytic(&query, &mut best);
-        } else {
-            self.search_closest::<Z>(ray, &query, &mut best);
+        self.search::<Z>(ray, &query, &mut best);
+        self.resolve(ray, &query, &best)
+    }
+
+    #[inline(always)]
+    fn search<const Z: usize>(&self, ray: &Ray, query: &Query, best: &mut Best) {
+        if !self.nodes.is_empty() {
+            return self.search_closest::<Z>(ray, query, best);
         }
-        self.resolve(&query, best)
+        for index in 0..self.blocks.len() as u32 {
+            self.offer_block::<Z>(index, query, best);
+        }
+        self.offer_all_analytic(query, best);
     }
 
     #[inline]
     fn any_along<const Z: usize>(&self, ray: &Ray) -> bool {
-        let query = Query::new::<Z>(ray);
-        let t_max = f64::from(ray.t_max);
+        self.meets::<Z>(ray, &Query::new::<Z>(ray), f64::from(ray.t_max))
+    }
+
+    #[inline(always)]
+    fn meets<const Z: usize>(&self, ray: &Ray, query: &Query, t_max: f64) -> bool {
         if self.nodes.is_empty() {
-            return self.blocks.iter().any(|block| meets_block::<Z>(block, &query, t_max))
-                || self.meets_any_analytic(&query, t_max);
+            return self.blocks.iter().any(|block| meets_block::<Z>(block, query, t_max))
+                || self.meets_any_analytic(query, t_max);
         }
-        self.search_any::<Z>(ray, &query, t_max)
+        self.search_any::<Z>(ray, query, t_max)
     }
 
     #[inline(always)]
@@ -185,19 +264,32 @@ impl Accel {
 
     /// Works out the point of the nearest hit, once per ray.
     #[inline]
-    fn resolve(&self, query: &Query, best: Best) -> Option<Hit> {
-        if best.slot == NOTHING {
+    fn resolve(&self, ray: &Ray, query: &Query, best: &Best) -> Option<Hit> {
+        if !best.is_hit() {
             return None;
         }
+        if best.slot & (ANALYTIC | PLACED) == PLACED {
+            return Some(self.resolve_placed(ray, best));
+        }
+        Some(self.resolve_plain(query, best))
+    }
+
+    #[inline]
+    fn resolve_plain(&self, query: &Query, best: &Best) -> Hit {
         let t = best.t as f32;
         if best.slot & ANALYTIC != 0 {
             let id = best.slot & !ANALYTIC;
             let at = self.analytic[id as usize].point(query.origin, query.direction, best.t);
-            return Some(Hit::Analytic { t, id, at });
+            return Hit::Analytic { t, id, at };
         }
-        let (block, lane) = (&self.blocks[best.slot as usize / LANES], best.slot as usize % LANES);
-        let (p, b) = block.point(lane, query);
-        Some(Hit::Triangle { t, id: best.id, p, b })
+        let (p, b) = self.triangle_point(best.slot, query.origin, query.direction);
+        Hit::Triangle { t, id: best.id, p: p.as_vec3(), b }
+    }
+
+    /// Where a line meets the triangle in a slot, and its barycentric coordinates of the vertices 1 and 2.
+    #[inline]
+    fn triangle_point(&self, slot: u32, origin: DVec3, direction: DVec3) -> (DVec3, Vec2) {
+        self.blocks[slot as usize / LANES].point(slot as usize % LANES, origin, direction)
     }
 }
 

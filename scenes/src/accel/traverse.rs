@@ -1,8 +1,8 @@
 //! The way of a ray through the tree.
 
 use super::query::Query;
-use super::tree::{Child, DEEPEST, LEAF, Node, WIDTH};
-use super::{ANALYTIC, Accel, Best, meets_analytic, meets_block};
+use super::tree::{Child, DEEPEST, INSTANCE, LEAF, NUMBER, Node, SINGLE, WIDTH};
+use super::{Accel, Best, meets_analytic, meets_block};
 use crate::ray::{Ray, UNIT_ROUNDOFF};
 use glam::{Vec3, Vec4};
 
@@ -82,10 +82,12 @@ impl Accel {
                 continue;
             }
             if child & LEAF != 0 {
-                if child & ANALYTIC != 0 {
-                    self.offer_analytic(child & !(LEAF | ANALYTIC), query, inverse_length2, best);
-                } else {
+                if child & SINGLE == 0 {
                     self.offer_block::<Z>(child & !LEAF, query, best);
+                } else if child & INSTANCE == 0 {
+                    self.offer_analytic(child & NUMBER, query, inverse_length2, best);
+                } else {
+                    self.offer_instance(child & NUMBER, ray, best);
                 }
                 limit = best.t as f32 * FAR;
                 continue;
@@ -122,11 +124,12 @@ impl Accel {
     fn any_with_stack<const Z: usize, const N: usize>(&self, ray: &Ray, query: &Query, t_max: f64) -> bool {
         let inverse_length2 = query.direction.length_squared().recip();
         self.any_leaf::<N>(ray, |leaf| {
-            if leaf & ANALYTIC != 0 {
-                let surface = &self.analytic[(leaf & !(LEAF | ANALYTIC)) as usize];
-                meets_analytic(surface, query, inverse_length2, t_max)
-            } else {
+            if leaf & SINGLE == 0 {
                 meets_block::<Z>(&self.blocks[(leaf & !LEAF) as usize], query, t_max)
+            } else if leaf & INSTANCE == 0 {
+                meets_analytic(&self.analytic[(leaf & NUMBER) as usize], query, inverse_length2, t_max)
+            } else {
+                self.meets_instance(leaf & NUMBER, ray, t_max)
             }
         })
     }

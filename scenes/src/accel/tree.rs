@@ -2,9 +2,8 @@
 
 use super::block::{Block, PAIRS};
 use super::pairing::Pair;
-use super::{ANALYTIC, Accel};
+use super::{Accel, Instance};
 use crate::ray::UNIT_ROUNDOFF;
-use crate::shape::Analytic;
 use glam::{Vec3A, Vec4};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -14,10 +13,17 @@ use obvhs::ploc::PlocBuilder;
 use rayon::prelude::*;
 use sampling::Vec3;
 
-/// A child: an inner node, a block of triangles (`LEAF`), or an analytic surface (`LEAF | ANALYTIC`).
+/// A child: an inner node, a block of triangles (`LEAF`), an analytic surface (`LEAF | SINGLE`), or an instance
+/// (`LEAF | SINGLE | INSTANCE`).
 pub(super) type Child = u32;
 /// Marks a child that is a leaf.
 pub(super) const LEAF: Child = 1 << 30;
+/// Marks a leaf that is no block.
+pub(super) const SINGLE: Child = 1 << 31;
+/// Marks a leaf that is an instance.
+pub(super) const INSTANCE: Child = 1 << 29;
+/// What is left of a child is a number below this.
+pub(super) const NUMBER: Child = INSTANCE - 1;
 
 /// The boxes of up to four children, side by side: `planes[axis][0]` below, `planes[axis][1]` above.
 /// The box of a child that isn't there is turned inside out, so that no ray meets it.
@@ -35,9 +41,9 @@ const SHAPED_LEVELS: usize = 48;
 /// No tree has more levels: those cut into equal parts hold four times as many primitives each.
 pub(super) const DEEPEST: usize = SHAPED_LEVELS + 16;
 
-/// Builds the tree over at least one primitive.
-pub(super) fn build(pairs: &[Pair], analytic: Vec<Analytic>, eye: Vec3) -> Accel {
-    let boxes = boxes_of(pairs, &analytic);
+/// Builds the tree over at least one primitive: the pairs, and what `accel` holds already.
+pub(super) fn build(pairs: &[Pair], accel: Accel, eye: Vec3) -> Accel {
+    let boxes = boxes_of(pairs, &accel);
     let groups = Groups::of(&boxes);
     let binary = match groups.len() == boxes.len() {
         true => build_binary(&boxes),
@@ -54,7 +60,7 @@ pub(super) fn build(pairs: &[Pair], analytic: Vec<Analytic>, eye: Vec3) -> Accel
         sizes: vec![0; binary.nodes.len()],
         // Shearing moves vertices by a few roundings of their distance to the ray's origin: boxes must hold them still.
         padding: Vec3A::splat(8.0 * UNIT_ROUNDOFF * extent),
-        accel: Accel { analytic, ..Accel::default() },
+        accel,
     };
     collapse.measure(0);
     // The root of the wide tree is node 0; a tree of one leaf gets a root with one child.
@@ -118,10 +124,12 @@ fn build_binary(boxes: &[Aabb]) -> Bvh2 {
     binary
 }
 
-fn boxes_of(pairs: &[Pair], analytic: &[Analytic]) -> Vec<Aabb> {
+fn boxes_of(pairs: &[Pair], accel: &Accel) -> Vec<Aabb> {
     let of = |(low, high): (Vec3, Vec3)| Aabb::new(low.into(), high.into());
     let mut boxes: Vec<Aabb> = pairs.par_iter().map(|pair| of(pair.extent())).collect();
-    boxes.extend(analytic.iter().map(|surface| of(surface.extent())));
+    boxes.extend(accel.analytic.iter().map(|surface| of(surface.extent())));
+    let prototype = |instance: &Instance| &accel.prototypes[instance.prototype as usize];
+    boxes.extend(accel.instances.iter().map(|instance| of(prototype(instance).extent(&instance.to_world))));
     boxes
 }
 
@@ -166,8 +174,8 @@ impl Collapse<'_> {
             let node = &self.binary.nodes[index];
             self.sizes[index] = if node.is_leaf() {
                 let primitives = self.primitives(index);
-                let analytic = primitives.iter().any(|&p| p as usize >= self.pairs.len());
-                if analytic { PAIRS as u32 + 1 } else { primitives.len() as u32 }
+                let single = primitives.iter().any(|&p| p as usize >= self.pairs.len());
+                if single { PAIRS as u32 + 1 } else { primitives.len() as u32 }
             } else {
                 let first = node.first_index as usize;
                 self.sizes[first].saturating_add(self.sizes[first + 1])
@@ -263,12 +271,16 @@ impl Collapse<'_> {
         found
     }
 
-    /// Lays down pairs of triangles as a block, or one analytic surface.
+    /// Lays down pairs of triangles as a block, or one analytic surface or instance.
     fn emit_leaf(&mut self, primitives: &[u32]) -> Child {
         if let [only] = *primitives
             && only as usize >= self.pairs.len()
         {
-            return LEAF | ANALYTIC | (only - self.pairs.len() as u32);
+            let (single, analytic) = (only - self.pairs.len() as u32, self.accel.analytic.len() as u32);
+            return match single.checked_sub(analytic) {
+                None => LEAF | SINGLE | single,
+                Some(instance) => LEAF | SINGLE | INSTANCE | instance,
+            };
         }
         let pairs: Vec<Pair> = primitives.iter().map(|&pair| self.pairs[pair as usize]).collect();
         self.accel.blocks.push(Block::new(&pairs));

@@ -1,9 +1,9 @@
 //! From what was given to what is traced.
 
+use super::groups::{Expansion, expand, unplaced};
 use super::hash::hash;
 use super::parts::Parts;
 use super::{Environment, SceneBuilder, Shape};
-use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::emitter::{
     ChoiceRule, ConstantEnvironment, DirectionalEmitter, Emitter, EmitterChoice, EmitterId, ImageEnvironment,
@@ -13,12 +13,18 @@ use crate::error::SceneError;
 use crate::material::Material;
 use crate::needs::Skip;
 use crate::scene::{BoundingSphere, Scene};
-use glam::DVec3;
+use glam::{BVec3, DAffine3, DVec3};
 use sampling::bsdf::Bsdf;
 use std::sync::Arc;
 
 pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, SceneError> {
-    let shift = recentring(&builder.shapes);
+    let Expansion { kept, instances, copies } = expand(&builder)?;
+    let unplaced = unplaced(&builder).into_iter().map(|name| format!("the group `{name}` is placed nowhere"));
+    builder.notes.extend(unplaced.collect::<Vec<_>>());
+    let (direct, kept) = sorted_out(&mut builder, copies, &kept);
+    let kept: Vec<Kept> = kept.into_iter().map(Kept::new).collect();
+    let placed = instances.iter().map(|placed| kept[placed.kept].extent_under(&placed.transform));
+    let shift = recentring(direct.iter().map(Shape::extent).chain(placed));
     let settings = builder.camera.expect("checked");
     let camera = Camera::new(&settings, shift)?;
     let mut parts = Parts {
@@ -26,9 +32,28 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
         material_names: std::mem::take(&mut builder.material_names),
         ..Parts::default()
     };
-    for (index, shape) in std::mem::take(&mut builder.shapes).into_iter().enumerate() {
-        parts.add(shape, index, shift)?;
+    for shape in direct {
+        let name = shape.name(&builder.groups);
+        parts.add(shape, &name, shift)?;
     }
+    let numbers: Vec<Option<u32>> = kept
+        .into_iter()
+        .map(|Kept { shapes, shift, .. }| {
+            parts.begin_prototype();
+            for shape in shapes {
+                let name = shape.name(&builder.groups);
+                parts.add(shape, &name, shift)?;
+            }
+            Ok(parts.end_prototype(shift, skip))
+        })
+        .collect::<Result<_, SceneError>>()?;
+    for placed in &instances {
+        // A group may have nothing but triangles without area.
+        let Some(prototype) = numbers[placed.kept] else { continue };
+        let there = DAffine3::from_translation(-shift) * placed.transform;
+        parts.add_instance(there, prototype).ok_or_else(|| placed.too_distorted(&builder))?;
+    }
+    drop(instances);
     parts.check_extent(&camera)?;
     let bounds = parts.bounds();
     parts.bound_bodies();
@@ -58,7 +83,7 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
     let choice_rule = builder.choice_rule.unwrap_or_else(|| ChoiceRule::for_emitters(&parts.emitters));
     let hash = hash(&parts.content(&given, environment, &camera), choice_rule);
     let (needs, facts) = (parts.needs(&camera, skip), parts.needs(&camera, Skip::Unneeded));
-    let accel = Accel::build(parts.triangles, parts.analytic, camera.extent(), skip);
+    let accel = parts.take_accel(camera.extent(), skip);
     Ok(Scene {
         name: builder.name,
         camera,
@@ -102,14 +127,49 @@ fn surrounding(environment: &Environment, bounds: BoundingSphere) -> Result<Emit
     }
 }
 
+/// Shapes that are kept once.
+struct Kept {
+    shapes: Vec<Shape>,
+    /// The lowest and the highest coordinates \[m\].
+    extent: (DVec3, DVec3),
+    /// Where their coordinates have their origin.
+    shift: DVec3,
+}
+
+impl Kept {
+    fn new(shapes: Vec<Shape>) -> Self {
+        let extent = union(shapes.iter().map(Shape::extent));
+        Kept { shapes, extent, shift: recentring([extent]) }
+    }
+
+    /// The box of the corners of their box, elsewhere.
+    fn extent_under(&self, transform: &DAffine3) -> (DVec3, DVec3) {
+        let (low, high) = self.extent;
+        union((0..8).map(|i| {
+            let corner = DVec3::select(BVec3::new(i & 1 == 1, i & 2 == 2, i & 4 == 4), high, low);
+            let corner = transform.transform_point3(corner);
+            (corner, corner)
+        }))
+    }
+}
+
+/// The shapes that are where they are, with those that are copied, and those that are kept once, by their places in the builder.
+fn sorted_out(builder: &mut SceneBuilder, copies: Vec<Shape>, kept: &[Vec<usize>]) -> (Vec<Shape>, Vec<Vec<Shape>>) {
+    let mut shapes: Vec<Option<Shape>> = std::mem::take(&mut builder.shapes).into_iter().map(Some).collect();
+    let kept = kept.iter().map(|list| list.iter().filter_map(|&index| shapes[index].take()).collect()).collect();
+    let direct = shapes.into_iter().flatten().filter(|shape| shape.group.is_none());
+    (direct.chain(copies).collect(), kept)
+}
+
+fn union(extents: impl IntoIterator<Item = (DVec3, DVec3)>) -> (DVec3, DVec3) {
+    extents.into_iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), (other_low, other_high)| {
+        (low.min(other_low), high.max(other_high))
+    })
+}
+
 /// Where to move the origin: nowhere, unless the scene is farther from it than it is large, so that digits would be lost.
-fn recentring(shapes: &[Shape]) -> DVec3 {
-    let (low, high) = shapes
-        .iter()
-        .map(Shape::extent)
-        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), (shape_low, shape_high)| {
-            (low.min(shape_low), high.max(shape_high))
-        });
+fn recentring(extents: impl IntoIterator<Item = (DVec3, DVec3)>) -> DVec3 {
+    let (low, high) = union(extents);
     let (center, half) = ((low + high) / 2.0, (high - low) / 2.0);
     if center.is_finite() && center.abs().max_element() > 4.0 * half.max_element() { center } else { DVec3::ZERO }
 }

@@ -1,5 +1,6 @@
 //! What can be said to be wrong with a scene before anything is computed.
 
+use super::groups::{self, Group};
 use super::{Environment, SceneBuilder, Shape};
 use crate::emitter::Spot;
 use crate::error::SceneError;
@@ -37,9 +38,10 @@ pub(super) fn check(builder: &SceneBuilder) -> Result<(), SceneError> {
             }
         }
     }
-    for (index, shape) in builder.shapes.iter().enumerate() {
-        check_shape(shape, &shape.name(index), builder.materials.len())?;
+    for shape in &builder.shapes {
+        check_shape(shape, &shape.name(&builder.groups), builder.materials.len())?;
     }
+    groups::check(builder)?;
     check_emitters(builder)
 }
 
@@ -87,7 +89,7 @@ fn check_emitters(builder: &SceneBuilder) -> Result<(), SceneError> {
 
 impl Shape {
     /// What messages call it.
-    pub(super) fn name(&self, index: usize) -> String {
+    pub(super) fn name(&self, groups: &[Group]) -> String {
         let kind = match self.geometry {
             Geometry::Quad { .. } => "quad",
             Geometry::Sphere { .. } => "sphere",
@@ -95,7 +97,11 @@ impl Shape {
             Geometry::Cylinder { .. } => "cylinder",
             Geometry::Mesh(_) => "mesh",
         };
-        format!("shapes[{index}] (a {kind})")
+        let name = format!("shapes[{}] (a {kind})", self.number);
+        match self.group {
+            Some(group) => format!("{name} of the group `{}`", groups[group.0 as usize].name),
+            None => name,
+        }
     }
 }
 

@@ -1,5 +1,7 @@
 //! The hash by which results know their scene.
 
+use super::parts::Kept;
+use crate::accel::Instance;
 use crate::camera::Camera;
 use crate::emitter::{ChoiceRule, Emitter, EmitterId};
 use crate::material::Material;
@@ -13,6 +15,8 @@ pub(super) struct Content<'a> {
     pub infos: &'a [TriangleInfo],
     pub analytic: &'a [Analytic],
     pub analytic_infos: &'a [AnalyticInfo],
+    pub kept: &'a [Kept],
+    pub instances: &'a [Instance],
     pub surfaces: &'a [Surface],
     pub attributes: &'a [Attributes],
     pub materials: &'a [Material],
@@ -43,6 +47,18 @@ pub(super) fn hash(content: &Content, choice_rule: ChoiceRule) -> String {
     }
     hasher.listing("spheres", content.analytic);
     hasher.listing("surfaces of spheres", content.analytic_infos);
+    if !content.instances.is_empty() {
+        hasher.section("groups", content.kept.len());
+        content.kept.iter().for_each(|Kept { triangles, analytic, .. }| {
+            [triangles.start, analytic.start].iter().for_each(|start| hasher.bytes(&(*start as u64).to_le_bytes()));
+        });
+        hasher.section("instances", content.instances.len());
+        for instance in content.instances {
+            hasher.bytes(&instance.prototype.to_le_bytes());
+            let numbers = instance.to_world.to_cols_array();
+            numbers.iter().for_each(|number| hasher.bytes(&number.to_bits().to_le_bytes()));
+        }
+    }
     hasher.listing("surfaces", content.surfaces);
     hasher.listing("materials", content.materials);
     hasher.section("emitters", content.emitters.len());

@@ -4,7 +4,7 @@ use super::check::{check_light, similarity_scale};
 use super::hash::Content;
 use super::varying::{Looked, check_coordinates, look};
 use super::{MaterialName, Shape};
-use crate::accel::FEW;
+use crate::accel::{Accel, FEW, Instance, Prototype};
 use crate::camera::{Camera, Rays};
 use crate::emitter::{Emission, Emitter, EmitterId};
 use crate::error::SceneError;
@@ -16,7 +16,7 @@ use crate::shape::{
 };
 use crate::subsurface::{self, Places};
 use crate::surface::{AnalyticInfo, Attributes, Chart, SphereChart, Surface, TriangleInfo, derivatives};
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use sampling::bsdf::Lobes;
 use sampling::{Vec2, Vec3};
 use std::ops::Range;
@@ -38,6 +38,19 @@ pub(super) struct Parts {
     pub emitters: Vec<Emitter>,
     /// How many triangles without area were left out.
     pub degenerate: usize,
+    /// What is kept once, behind all that is not.
+    pub kept: Vec<Kept>,
+    pub prototypes: Vec<Prototype>,
+    pub instances: Vec<Instance>,
+}
+
+/// What a prototype has of the lists of a scene, in coordinates of its own.
+pub(super) struct Kept {
+    pub triangles: Range<usize>,
+    pub analytic: Range<usize>,
+    pub surfaces: Range<usize>,
+    /// Where these coordinates have their origin.
+    shift: DVec3,
 }
 
 /// Where the surface of a shape went.
@@ -52,15 +65,14 @@ pub(super) enum Placed {
 }
 
 impl Parts {
-    /// Adds a shape: its surface, and its emitter if it emits.
-    pub fn add(&mut self, shape: Shape, index: usize, shift: DVec3) -> Result<(), SceneError> {
-        let name = shape.name(index);
+    /// Adds a shape, which messages call by its name: its surface, and its emitter if it emits.
+    pub fn add(&mut self, shape: Shape, name: &str, shift: DVec3) -> Result<(), SceneError> {
         let (material, emission) = (shape.material, shape.emission.clone());
         let attributes_before = self.attributes.len();
-        let placed = self.place(shape, &name, shift)?;
+        let placed = self.place(shape, name, shift)?;
         if let Material::Varying(varying) = &self.materials[material.0 as usize] {
             let surface = Looked::new(self, &placed, attributes_before);
-            let seen = look(varying, &surface, &self.material_names[material.0 as usize], &name)?;
+            let seen = look(varying, &surface, &self.material_names[material.0 as usize], name)?;
             self.materials[material.0 as usize].include(&seen);
         }
         if emission.is_some() && self.materials[material.0 as usize].is_masked() {
@@ -82,7 +94,7 @@ impl Parts {
                 let ends = surface.ends(&emission.radiance);
                 ends.iter().try_for_each(|value| check_light(*value, &named))?;
                 let attributes = self.attributes.get(attributes_before);
-                self.emitters.push(Emitter::Area(self.area_emitter(&placed, emission, attributes, &ends, &name)?));
+                self.emitters.push(Emitter::Area(self.area_emitter(&placed, emission, attributes, &ends, name)?));
                 Some(EmitterId((self.emitters.len() - 1) as u32))
             }
         };
@@ -92,7 +104,7 @@ impl Parts {
     }
 
     fn place(&mut self, shape: Shape, name: &str, shift: DVec3) -> Result<Placed, SceneError> {
-        let Shape { geometry, transform, flipped, material, emission } = shape;
+        let Shape { geometry, transform, flipped, material, emission, .. } = shape;
         match geometry {
             Geometry::Sphere { center, radius } => {
                 let scale = similarity_scale(&transform.matrix3).expect("checked before");
@@ -186,9 +198,74 @@ impl Parts {
         attributes.derivatives = triangles.iter().zip(corners).map(|(t, uvs)| derivatives(t.0, uvs)).collect();
     }
 
+    /// Begins what is kept once: all shapes that are added belong to it until it is ended.
+    pub fn begin_prototype(&mut self) {
+        let (triangles, analytic, surfaces) = (self.triangles.len(), self.analytic.len(), self.surfaces.len());
+        self.kept.push(Kept {
+            triangles: triangles..triangles,
+            analytic: analytic..analytic,
+            surfaces: surfaces..surfaces,
+            shift: DVec3::ZERO,
+        });
+    }
+
+    /// Ends it, its coordinates having their origin at `shift`, and returns its number; None if it has no surface.
+    pub fn end_prototype(&mut self, shift: DVec3, skip: Skip) -> Option<u32> {
+        let mut kept = self.kept.pop()?;
+        kept.triangles.end = self.triangles.len();
+        kept.analytic.end = self.analytic.len();
+        kept.surfaces.end = self.surfaces.len();
+        kept.shift = shift;
+        if kept.triangles.is_empty() && kept.analytic.is_empty() {
+            return None;
+        }
+        let first = [kept.triangles.start as u32, kept.analytic.start as u32];
+        let analytic = self.analytic[kept.analytic.clone()].to_vec();
+        self.prototypes.push(Prototype::new(&self.triangles[kept.triangles.clone()], analytic, first, skip));
+        self.kept.push(kept);
+        Some(self.prototypes.len() as u32 - 1)
+    }
+
+    /// Places a prototype by a map from the coordinates that it was given in; None if numbers cannot hold that.
+    pub fn add_instance(&mut self, transform: DAffine3, prototype: u32) -> Option<()> {
+        let own = DAffine3::from_translation(self.kept[prototype as usize].shift);
+        self.instances.push(Instance::new(transform * own, prototype)?);
+        Some(())
+    }
+
+    /// The triangles and the analytic surfaces that are where they are.
+    fn direct(&self) -> (&[Triangle], &[Analytic]) {
+        let ends = self
+            .kept
+            .first()
+            .map_or((self.triangles.len(), self.analytic.len()), |kept| (kept.triangles.start, kept.analytic.start));
+        (&self.triangles[..ends.0], &self.analytic[..ends.1])
+    }
+
+    /// The corners of the boxes of all instances, with the number of the prototype.
+    fn corners(&self) -> impl Iterator<Item = (u32, [Vec3; 8])> {
+        self.instances.iter().map(|instance| {
+            let prototype = &self.prototypes[instance.prototype as usize];
+            (instance.prototype, prototype.corners(&instance.to_world).map(|p| p.as_vec3()))
+        })
+    }
+
+    /// Arranges everything for rays. What is where it is, is let go of.
+    pub fn take_accel(&mut self, eye: Vec3, skip: Skip) -> Accel {
+        let ends = (self.direct().0.len(), self.direct().1.len());
+        let (mut triangles, mut analytic) = (std::mem::take(&mut self.triangles), std::mem::take(&mut self.analytic));
+        triangles.truncate(ends.0);
+        analytic.truncate(ends.1);
+        let (instances, prototypes) = (std::mem::take(&mut self.instances), std::mem::take(&mut self.prototypes));
+        match instances.is_empty() {
+            true => Accel::build(triangles, analytic, eye, skip),
+            false => Accel::build_with(triangles, analytic, (instances, prototypes), eye),
+        }
+    }
+
     /// Coordinates must stay where their products are finite.
     pub fn check_extent(&self, camera: &Camera) -> Result<(), SceneError> {
-        let vertices = self.triangles.iter().flat_map(|t| t.0);
+        let vertices = self.triangles.iter().flat_map(|t| t.0).chain(self.corners().flat_map(|(_, corners)| corners));
         let farthest = |(low, high): (Vec3, Vec3)| low.abs().max(high.abs());
         let analytic = self.analytic.iter().map(|surface| farthest(surface.extent()));
         let largest =
@@ -205,25 +282,37 @@ impl Parts {
 
     /// A sphere around all surfaces, rounded up.
     pub fn bounds(&self) -> BoundingSphere {
-        let vertices = || self.triangles.iter().flat_map(|t| t.0);
+        let (triangles, analytic) = self.direct();
+        let placed = || self.corners().flat_map(|(_, corners)| corners);
+        let vertices = || triangles.iter().flat_map(|t| t.0).chain(placed());
         let corners = |surface: &Analytic| <[Vec3; 2]>::from(surface.extent());
         let (low, high) = vertices()
-            .chain(self.analytic.iter().flat_map(corners))
+            .chain(analytic.iter().flat_map(corners))
             .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
         if !low.is_finite() {
             return BoundingSphere { center: Vec3::ZERO, radius: 1.0 };
         }
         let center = (low + high) * 0.5;
         let reach = vertices().map(|v| v.distance(center)).fold(0.0, f32::max);
-        let balls = self.analytic.iter().flat_map(Analytic::balls);
+        let balls = analytic.iter().flat_map(Analytic::balls);
         let reach = balls.map(|(middle, radius)| middle.distance(center) + radius).fold(reach, f32::max);
         BoundingSphere { center, radius: reach * (1.0 + 8.0 * f32::EPSILON) }
     }
 
     /// Notes of every body where its surfaces are; called once all shapes are there.
     pub fn bound_bodies(&mut self) {
-        let Parts { materials, surfaces, triangles, infos, analytic, analytic_infos, .. } = self;
-        subsurface::bound(materials, &Places { surfaces, triangles, infos, analytic, analytic_infos });
+        let mut materials = std::mem::take(&mut self.materials);
+        if materials.iter().any(|material| matches!(material, Material::Subsurface(_))) {
+            let (triangles, analytic) = self.direct();
+            let Parts { surfaces, infos, analytic_infos, .. } = &*self;
+            let placed: Vec<_> = self
+                .corners()
+                .map(|(prototype, corners)| (&surfaces[self.kept[prototype as usize].surfaces.clone()], corners))
+                .collect();
+            let places = Places { surfaces, triangles, infos, analytic, analytic_infos, placed: &placed };
+            subsurface::bound(&mut materials, &places);
+        }
+        self.materials = materials;
     }
 
     /// What the scene asks of a method; called once all emitters are there.
@@ -249,7 +338,7 @@ impl Parts {
             emitter_choice: everything || bright().count() > 1,
             hittable_emitters: everything || bright().any(|emitter| !emitter.is_delta()),
             delta_emitters: everything || bright().any(Emitter::is_delta),
-            few_primitives: !everything && primitives <= FEW,
+            few_primitives: !everything && primitives <= FEW && self.instances.is_empty(),
             pinhole: !everything && camera.rays() == Rays::FromPoint,
             primitives,
         }
@@ -267,6 +356,8 @@ impl Parts {
             infos: &self.infos,
             analytic: &self.analytic,
             analytic_infos: &self.analytic_infos,
+            kept: &self.kept,
+            instances: &self.instances,
             surfaces: &self.surfaces,
             attributes: &self.attributes,
             materials,

@@ -17,7 +17,7 @@
 //! type = "lambert"        # the name of a model, as `neumann list bsdfs` has them
 //! albedo = 0.7            # a number, [r, g, b], or { ramp = { base = 0.5, slope = 0.4, axis = [0, 0, 1] } }
 //! [[shapes]]
-//! type = "sphere"         # sphere, quad, disk, cylinder, mesh
+//! type = "sphere"         # sphere, quad, disk, cylinder, mesh, instance
 //! center = [0, 0, 0]
 //! radius = 1
 //! material = "white"
@@ -26,14 +26,18 @@
 //! radiance = 1
 //! ```
 //!
+//! `[[groups]]` have a `name` and `[[groups.shapes]]`, which are kept once and seen wherever a shape `type = "instance"` with `group =
+//! "name"` places them, by any `transform` that can be undone.
+//!
 //! `emitter_choice`, at the top, says how next-event estimation chooses among emitters: one of
 //! [`ChoiceRule::NAMES`](crate::ChoiceRule::NAMES). Cameras, materials, shapes and emitters are described key by key where they are read, in
-//! `camera.rs`, `materials.rs`, `shapes.rs` and `emitters.rs`; the keys of a
+//! `camera.rs`, `materials.rs`, `shapes.rs`, `groups.rs` and `emitters.rs`; the keys of a
 //! material are the parameters of its model, [`ModelEntry::parameters`](sampling::bsdf::ModelEntry::parameters). An unknown key,
 //! name or type is an error with the nearest valid one; every error names the file, the line and the mend.
 
 mod camera;
 mod emitters;
+mod groups;
 mod materials;
 mod reader;
 mod shapes;
@@ -86,6 +90,7 @@ pub fn read(text: &str, origin: Origin, size: Option<(u32, u32)>) -> Result<Scen
         "tail",
         "camera",
         "materials",
+        "groups",
         "shapes",
         "emitters",
         "emitter_choice",

@@ -6,8 +6,9 @@ use super::Origin;
 use glam::DVec3;
 use sampling::vec2;
 
+use super::groups::{self, Groups};
 use super::materials::Materials;
-use super::reader::{Table, Value};
+use super::reader::{Line, Table, Value};
 use super::textures::Textures;
 use super::{kind, tables, transform};
 use crate::builder::{Emission, MeshData, SceneBuilder, ShapeId};
@@ -21,37 +22,66 @@ const COMMON: [&str; 6] = ["type", "material", "emission", "two_sided", "flip", 
 /// Reads the shapes: `quad { origin, edge_u, edge_v }` and `disk { center, edge_u, edge_v }`, whose edges run from the centre
 /// to the rim, with their front on the side of `edge_u × edge_v`; `sphere { center, radius }` and the open `cylinder { from,
 /// to, radius }`, with their front outside; `mesh` with `file` (OBJ or PLY) or with `vertices` and `faces` (indices from 0, three or
-/// more a face, the front counter-clockwise), `uvs` and `colours` of the vertices.
+/// more a face, the front counter-clockwise), `uvs` and `colours` of the vertices; and `instance { group, transform }`, which has no
+/// other keys.
 ///
 /// Every shape has a `material`, which only a mesh file can lack: then the file's own materials hold, with what they
 /// emit. `emission` \[W/(m²·sr)\], a colour or a texture, is what its front emits, and its back too where `two_sided = true`; `flip = true`
 /// turns front and back over; `transform` is a list of steps.
-pub(super) fn read(
-    root: &Table,
-    materials: &Materials,
+pub(super) fn read<'a>(
+    root: &Table<'a>,
+    materials: &Materials<'a>,
     origin: &Origin,
     builder: &mut SceneBuilder,
 ) -> Result<(), SceneError> {
-    let shapes = tables(root, "shapes")?;
-    if shapes.is_empty() {
-        return Err(root.error("the scene has no shapes", "add a table `[[shapes]]`"));
-    }
     let textures = Textures::new(origin.folder, origin.attachments);
-    for table in &shapes {
-        let reader = Reader { table, materials, textures: &textures, origin };
-        let shapes = match kind(table, &["quad", "sphere", "disk", "cylinder", "mesh"])? {
-            "quad" => vec![reader.quad(builder)?],
-            "sphere" => vec![reader.sphere(builder)?],
-            "disk" => vec![reader.disk(builder)?],
-            "cylinder" => vec![reader.cylinder(builder)?],
-            _ if table.get("file").is_some() => reader.mesh_file(builder)?,
-            _ => vec![reader.mesh(builder)?],
-        };
-        for shape in shapes {
-            reader.finish(shape, builder)?;
-        }
+    let mut shapes = Shapes { materials, textures: &textures, origin, groups: Groups::default() };
+    groups::read(root, &mut shapes, builder)?;
+    let list = tables(root, "shapes")?;
+    if list.is_empty() {
+        return Err(no_shapes(root, "the scene has no shapes", "[[shapes]]"));
     }
-    Ok(())
+    shapes.read_list(&list, builder)
+}
+
+/// The error that there should be a shape.
+pub(super) fn no_shapes(table: &Table, message: &str, header: &str) -> SceneError {
+    table.error(message, format!("add a table `{header}`"))
+}
+
+/// Where what lists of shapes name is found.
+pub(super) struct Shapes<'a, 'c> {
+    materials: &'c Materials<'a>,
+    textures: &'c Textures<'c>,
+    origin: &'c Origin<'c>,
+    pub groups: Groups<'a>,
+}
+
+impl Shapes<'_, '_> {
+    /// Reads the shapes of a scene or of a group.
+    pub fn read_list(&self, list: &[Table], builder: &mut SceneBuilder) -> Result<(), SceneError> {
+        let mut line = Line::default();
+        for table in list {
+            let Shapes { materials, textures, origin, groups } = self;
+            let reader = Reader { table, materials, textures, origin };
+            let shapes = match kind(table, &["quad", "sphere", "disk", "cylinder", "mesh", "instance"])? {
+                "quad" => vec![reader.quad(builder)?],
+                "sphere" => vec![reader.sphere(builder)?],
+                "disk" => vec![reader.disk(builder)?],
+                "cylinder" => vec![reader.cylinder(builder)?],
+                "instance" => {
+                    groups.instance(table, table.line_after(&mut line), builder)?;
+                    continue;
+                }
+                _ if table.get("file").is_some() => reader.mesh_file(builder)?,
+                _ => vec![reader.mesh(builder)?],
+            };
+            for shape in shapes {
+                reader.finish(shape, builder)?;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// One table, and where what it names is found.
@@ -188,7 +218,7 @@ impl Reader<'_> {
         if let Some(varying) = table.get("material").and_then(|m| self.materials.varying(m.text().ok()?)) {
             let textures = varying.scattering.models().into_iter().flat_map(|parameters| parameters.textures());
             for (name, domain, texture) in textures.filter(|(.., texture)| texture.axis().is_some()) {
-                let (low, high) = builder.range(shape, texture);
+                let Some((low, high)) = builder.range(shape, texture) else { continue };
                 if !domain.holds(low) || !domain.holds(high) {
                     let message = format!("the {name} ramp runs from {low} to {high} over this shape");
                     return Err(table.error(message, format!("choose `base` and `slope` so that it stays {domain}")));
@@ -213,7 +243,7 @@ impl Reader<'_> {
     fn emission(&self, shape: ShapeId, two_sided: bool, builder: &mut SceneBuilder) -> Result<(), SceneError> {
         let value = self.table.need("emission", "[1, 1, 1]")?;
         let radiance = self.textures.read(&value, Encoding::Srgb)?;
-        let (low, high) = builder.range(shape, &radiance);
+        let (low, high) = builder.range(shape, &radiance).unwrap_or((0.0, 1.0));
         if low < 0.0 && matches!(radiance, Texture::Ramp { .. }) {
             let message = format!("the emission ramp falls to {low} over this shape");
             return Err(self.table.error(message, "choose `base` and `slope` so that it stays at or above 0"));

@@ -6,6 +6,7 @@ use std::path::Path;
 
 mod cameras;
 mod emitters;
+mod groups;
 mod shapes;
 mod textures;
 

@@ -125,11 +125,38 @@ impl Lines {
         self.push(place, format!("{key} = {value}"));
     }
 
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Adds a shape that is an instance of a group.
+    pub fn instance(&mut self, place: &Place, header: &str, group: &str, steps: Option<String>) {
+        self.table(place, header);
+        self.key(place, "type", quoted("instance"));
+        self.key(place, "group", quoted(group));
+        if let Some(steps) = steps {
+            self.key(place, "transform", steps);
+        }
+    }
+
+    /// Adds a group of this name with its shapes.
+    pub fn group(&mut self, place: &Place, name: &str, shapes: Lines) {
+        self.table(place, "[[groups]]");
+        self.key(place, "name", quoted(name));
+        self.append(shapes);
+    }
+
     /// Adds all lines of another list.
     pub fn append(&mut self, mut other: Lines) {
         self.0.append(&mut other.0);
     }
 }
+
+/// How a shape of the scene begins.
+pub const SHAPE: &str = "[[shapes]]";
+/// How a shape of the group that was begun last begins.
+pub const MEMBER: &str = "[[groups.shapes]]";
 
 /// A mesh or an image that has no file of its own, which the text names as if it had.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -60,6 +60,8 @@ impl Scene {
                 let point = SurfacePoint::on_surface(p, info.ng, info.residual);
                 Found { point, t, ns, surface, emitted: Spectrum::ZERO }
             }
+            // Nothing that is kept once emits.
+            Hit::PlacedTriangle { .. } | Hit::PlacedAnalytic { .. } => return self.found_placed(hit),
         };
         if let Some(Emitter::Area(area)) = found.surface.emitter.map(|id| self.emitter(id)) {
             found.emitted = match &area.emission.radiance {
@@ -68,6 +70,33 @@ impl Scene {
             };
         }
         found
+    }
+
+    /// The same in an instance.
+    #[inline(never)]
+    fn found_placed(&self, hit: &Hit) -> Found<'_> {
+        let (index, t, p, ng, ns, residual, surface) = match *hit {
+            Hit::PlacedAnalytic { t, id, instance, p, ng } => {
+                let info = &self.analytic[id as usize];
+                (instance, t, p, ng, ng, info.chart.residual(), info.surface)
+            }
+            Hit::PlacedTriangle { t, id, instance: index, p, b } => {
+                let info = &self.triangles[id as usize];
+                let instance = self.accel.instance(index);
+                let ng = instance.normal_to_world(info.ng);
+                let ns = match self.surfaces[info.surface as usize].attributes {
+                    None => ng,
+                    Some(attributes) => {
+                        self.attributes[attributes as usize].mapped_normal(id, b, ng, |n| instance.normal_to_world(n))
+                    }
+                };
+                (index, t, p, ng, ns, info.residual, info.surface)
+            }
+            Hit::Analytic { .. } | Hit::Triangle { .. } => unreachable!("it is in no instance"),
+        };
+        let p_error = self.accel.instance(index).p_error(p, ng, residual);
+        let surface = &self.surfaces[surface as usize];
+        Found { point: SurfacePoint { p, ng, p_error }, t, ns, surface, emitted: Spectrum::ZERO }
     }
 
     #[inline(never)]
@@ -107,10 +136,17 @@ impl Scene {
         let p = found.point.p;
         match *hit {
             Hit::Analytic { id, at, .. } => self.analytic[id as usize].chart.coordinates(p, at.ng),
-            Hit::Triangle { id, b, .. } => match found.surface.attributes {
+            Hit::Triangle { id, b, .. } | Hit::PlacedTriangle { id, b, .. } => match found.surface.attributes {
                 None => SurfaceCoordinates { uv: b, ..SurfaceCoordinates::of(p) },
                 Some(index) => self.attributes[index as usize].coordinates(p, id, b),
             },
+            Hit::PlacedAnalytic { id, instance, ng, .. } => {
+                let instance = self.accel.instance(instance);
+                let chart = &self.analytic[id as usize].chart;
+                // Its coordinates are its own, but what is read by place is read in the scene.
+                let own = chart.coordinates(instance.to_local(p), instance.normal_to_local(ng));
+                SurfaceCoordinates { p, ..own }
+            }
         }
     }
 
@@ -118,11 +154,27 @@ impl Scene {
     fn derivatives(&self, hit: &Hit, found: &Found) -> Derivatives {
         match *hit {
             Hit::Analytic { id, at, .. } => self.analytic[id as usize].chart.derivatives(at.p, at.ng),
-            Hit::Triangle { id, .. } => match found.surface.attributes {
-                None => Derivatives::default(),
-                Some(index) => self.attributes[index as usize].derivatives(id),
-            },
+            Hit::Triangle { id, .. } | Hit::PlacedTriangle { id, .. } => {
+                let own = match found.surface.attributes {
+                    None => Derivatives::default(),
+                    Some(index) => self.attributes[index as usize].derivatives(id),
+                };
+                match *hit {
+                    Hit::PlacedTriangle { instance, .. } => self.placed_derivatives(instance, own),
+                    _ => own,
+                }
+            }
+            Hit::PlacedAnalytic { id, instance, p, ng, .. } => {
+                let placed = self.accel.instance(instance);
+                let chart = &self.analytic[id as usize].chart;
+                self.placed_derivatives(instance, chart.derivatives(placed.to_local(p), placed.normal_to_local(ng)))
+            }
         }
+    }
+
+    fn placed_derivatives(&self, instance: u32, own: Derivatives) -> Derivatives {
+        let instance = self.accel.instance(instance);
+        Derivatives { dpdu: instance.vector_to_world(own.dpdu), dpdv: instance.vector_to_world(own.dpdv) }
     }
 }
 

@@ -38,6 +38,16 @@ impl Analytic {
         }
     }
 
+    /// The same point before it is rounded, and the unit normal of its front.
+    #[inline]
+    pub fn exact_point(&self, origin: DVec3, direction: DVec3, t: f64) -> (DVec3, DVec3) {
+        match self {
+            Self::Sphere(sphere) => sphere.exact_point(origin, direction, t),
+            Self::Disk(disk) => disk.exact_point(origin, direction, t),
+            Self::Cylinder(cylinder) => cylinder.exact_point(origin, direction, t),
+        }
+    }
+
     /// A point uniform over the area.
     pub fn sample(&self, u: Vec2) -> SurfacePoint {
         match self {

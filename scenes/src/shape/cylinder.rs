@@ -45,9 +45,16 @@ impl Cylinder {
     /// The surface point nearest to a point of the line, which is on the tube but for the errors of the line.
     #[inline]
     pub fn point(&self, origin: DVec3, direction: DVec3, t: f64) -> SurfacePoint {
+        let (p, front) = self.exact_point(origin, direction, t);
+        SurfacePoint::on_surface(p.as_vec3(), front.as_vec3(), self.residual())
+    }
+
+    /// The same point before it is rounded, and the unit normal of its front.
+    #[inline]
+    pub(crate) fn exact_point(&self, origin: DVec3, direction: DVec3, t: f64) -> (DVec3, DVec3) {
         let offset = origin - self.from + direction * t;
         let height = offset.dot(self.axes[2]);
-        self.point_at((offset - self.axes[2] * height).normalize(), height.clamp(0.0, self.length))
+        self.exactly_at((offset - self.axes[2] * height).normalize(), height.clamp(0.0, self.length))
     }
 
     /// The point at `u`, uniform over the area: the angle and the height.
@@ -84,10 +91,20 @@ impl Cylinder {
 
     #[inline]
     fn point_at(&self, outwards: DVec3, height: f64) -> SurfacePoint {
-        const SHARE: f64 = 1.0 / (1u64 << 46) as f64;
+        let (p, front) = self.exactly_at(outwards, height);
+        SurfacePoint::on_surface(p.as_vec3(), front.as_vec3(), self.residual())
+    }
+
+    #[inline]
+    fn exactly_at(&self, outwards: DVec3, height: f64) -> (DVec3, DVec3) {
         let p = self.from + self.axes[2] * height + outwards * self.radius;
-        let ng = if self.flipped { -outwards } else { outwards };
-        let residual = (self.from.abs().max_element() + self.length + self.radius) * SHARE;
-        SurfacePoint::on_surface(p.as_vec3(), ng.as_vec3(), residual as f32)
+        (p, if self.flipped { -outwards } else { outwards })
+    }
+
+    /// What rounding in `f64` may leave of the error of a point \[m\].
+    #[inline]
+    pub(crate) fn residual(&self) -> f32 {
+        const SHARE: f64 = 1.0 / (1u64 << 46) as f64;
+        ((self.from.abs().max_element() + self.length + self.radius) * SHARE) as f32
     }
 }

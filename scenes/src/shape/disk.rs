@@ -63,6 +63,12 @@ impl Disk {
         self.point_at(self.place(origin + direction * t))
     }
 
+    /// The same point before it is rounded, and the unit normal of its front.
+    #[inline]
+    pub(crate) fn exact_point(&self, origin: DVec3, direction: DVec3, t: f64) -> (DVec3, DVec3) {
+        self.exactly_at(self.place(origin + direction * t))
+    }
+
     /// The point at `u`, uniform over the area.
     #[inline]
     pub fn sample(&self, u: Vec2) -> SurfacePoint {
@@ -104,8 +110,18 @@ impl Disk {
 
     #[inline]
     fn point_at(&self, at: DVec2) -> SurfacePoint {
-        let p = self.center + self.edge_u * at.x + self.edge_v * at.y;
+        let (p, front) = self.exactly_at(at);
+        SurfacePoint::on_surface(p.as_vec3(), front.as_vec3(), self.residual)
+    }
+
+    #[inline]
+    fn exactly_at(&self, at: DVec2) -> (DVec3, DVec3) {
         let front = if self.flipped { -self.across } else { self.across };
-        SurfacePoint::on_surface(p.as_vec3(), front.normalize().as_vec3(), self.residual)
+        (self.center + self.edge_u * at.x + self.edge_v * at.y, front.normalize())
+    }
+
+    /// What rounding in `f64` may leave of the error of a point \[m\].
+    pub(crate) fn residual(&self) -> f32 {
+        self.residual
     }
 }

@@ -48,10 +48,22 @@ impl Sphere {
     /// The surface point nearest to a point of the line, which is on the sphere but for the errors of the line.
     #[inline]
     pub fn project(&self, origin: DVec3, direction: DVec3, t: f64) -> SurfacePoint {
+        let (p, front) = self.exact_point(origin, direction, t);
+        SurfacePoint::on_surface(p.as_vec3(), front.as_vec3(), self.residual())
+    }
+
+    /// The same point before it is rounded, and the unit normal of its front.
+    #[inline]
+    pub(crate) fn exact_point(&self, origin: DVec3, direction: DVec3, t: f64) -> (DVec3, DVec3) {
         let center = self.center.as_dvec3();
         let outwards = (origin - center + direction * t).normalize();
-        let p = center + outwards * f64::from(self.radius);
-        self.point(p.as_vec3(), outwards.as_vec3())
+        (center + outwards * f64::from(self.radius), if self.flipped { -outwards } else { outwards })
+    }
+
+    /// What rounding in `f64` leaves of the error of a point \[m\]: far less than this.
+    #[inline]
+    fn residual(&self) -> f32 {
+        self.radius * UNIT_ROUNDOFF
     }
 
     /// A point uniform over the area.
@@ -111,8 +123,7 @@ impl Sphere {
     #[inline]
     fn point(&self, p: Vec3, outwards: Vec3) -> SurfacePoint {
         let ng = if self.flipped { -outwards } else { outwards };
-        // The evaluation is in f64; what it leaves is far below this.
-        SurfacePoint::on_surface(p, ng, self.radius * UNIT_ROUNDOFF)
+        SurfacePoint::on_surface(p, ng, self.residual())
     }
 }
 

@@ -37,8 +37,8 @@ pub struct Context<'a, 't> {
     pub repainted: HashMap<(usize, String), String>,
     /// Materials written, by their number and what the mesh has.
     pub written: HashMap<(Option<usize>, Form), Rc<Written>>,
-    /// Parts of meshes written, by the numbers of the mesh and the part; `None` where there is nothing to see.
-    pub pieces: HashMap<(usize, usize), Option<Rc<Piece>>>,
+    /// The parts of meshes that are written, by the mesh's number.
+    pub pieces: HashMap<usize, Vec<Rc<Piece>>>,
     /// Whether anything emits.
     pub emits: bool,
 }

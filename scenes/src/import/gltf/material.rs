@@ -170,6 +170,11 @@ fn write<'t>(source: &Source<'t>, tint: Tint, context: &mut Context<'_, 't>) -> 
     let opacity = opacity(source, alpha * tint[3], same.is_none(), context)?;
     let is_unlit = appearance.extensions.unlit.is_some();
     let emission = if is_unlit { unlit(source, &base, context)? } else { emission(source, context)? };
+    let emits = emission.is_some();
+    if emits && opacity.is_some() {
+        context.approximate(place, "the opacity of what emits is left out");
+    }
+    let opacity = opacity.filter(|_| !emits);
     let surface = Surface { source, base };
     let model = if is_unlit { Model::black() } else { surface.model(context)? };
     let relief = if is_unlit { None } else { relief(source, context)? };

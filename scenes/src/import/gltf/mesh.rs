@@ -1,8 +1,9 @@
 //! Meshes where they stand.
 
+use std::collections::HashMap;
 use std::rc::Rc;
 
-use glam::DMat4;
+use glam::{DMat4, DVec3};
 
 use super::accessor::Accessor;
 use super::context::Context;
@@ -15,22 +16,55 @@ use crate::builder::MeshData;
 use crate::error::SceneError;
 use crate::import::mitsuba::transform::steps;
 use crate::import::ply;
-use crate::import::translation::{Place, quoted};
+use crate::import::translation::{Lines, MEMBER, Place, SHAPE, quoted};
+
+/// How many triangles are kept to choose a camera; beyond, the box around a mesh stands for it.
+const MOST_KEPT: usize = 1 << 22;
 
 /// The meshes of a scene as they are written.
 pub struct Meshes {
     /// Where every node stands, by its number.
-    pub worlds: Vec<Option<DMat4>>,
+    worlds: Vec<Option<DMat4>>,
+    /// How many nodes have a mesh, by its number.
+    uses: HashMap<usize, usize>,
     /// Whether triangles are kept, to choose a camera.
-    pub keep: bool,
+    keep: bool,
     /// Those that are kept, where they stand.
     pub kept: Vec<MeshData>,
-    /// How many triangles there are so far.
+    /// How many triangles are kept.
+    triangles_kept: usize,
+    /// How many triangles there are so far, those of a mesh once.
     pub triangles: usize,
+    /// Meshes that stand in several places.
+    pub groups: Lines,
+    /// What these are called, by the mesh's number.
+    names: HashMap<usize, String>,
 }
 
 impl Meshes {
-    /// Writes a mesh where its node stands.
+    /// Before any is written; `keep` where a camera is to be chosen.
+    pub fn new(nodes: &[Placed], count: usize, keep: bool) -> Self {
+        let mut worlds = vec![None; count];
+        let mut uses = HashMap::new();
+        for placed in nodes {
+            worlds[placed.item.index()] = Some(placed.world);
+            if let Some(mesh) = placed.node.mesh {
+                *uses.entry(mesh).or_default() += 1;
+            }
+        }
+        Self {
+            worlds,
+            uses,
+            keep,
+            kept: Vec::new(),
+            triangles_kept: 0,
+            triangles: 0,
+            groups: Lines::default(),
+            names: HashMap::new(),
+        }
+    }
+
+    /// Writes a mesh where its node stands: as a group where it stands in several places, otherwise as its shapes.
     pub fn write<'t>(
         &mut self,
         index: usize,
@@ -48,57 +82,81 @@ impl Meshes {
             return Ok(());
         }
         let item = document.item(Kind::Mesh, index, &placed.item)?;
-        let mesh: Mesh = document.parse(&item)?;
-        let weights = if placed.node.weights.is_empty() { &mesh.weights } else { &placed.node.weights };
-        if weights.iter().any(|&weight| weight != 0.0) {
-            context.approximate(&place, "morph targets are left out, though they have weights");
+        let pieces = self.pieces(&item, &placed.node.weights, context)?;
+        if pieces.is_empty() {
+            return Ok(());
         }
-        for (number, raw) in mesh.primitives.iter().enumerate() {
-            let piece = match context.pieces.get(&(index, number)) {
-                Some(piece) => piece.clone(),
-                None => {
-                    let title = format!("{}, primitive {number},", item.title());
-                    let primitive: Primitive = document.parse_part(&item, raw, &title)?;
-                    let part = Part { item: &item, title, primitive: &primitive };
-                    let piece = self.piece(&part, &document.place_of(raw), context)?.map(Rc::new);
-                    context.pieces.insert((index, number), piece.clone());
-                    piece
-                }
-            };
-            if let Some(piece) = piece {
-                self.place(&piece, &world, &place, context)?;
+        if self.keep {
+            pieces.iter().filter_map(|piece| piece.mesh.as_ref()).for_each(|mesh| self.keep(mesh, &world));
+        }
+        context.emits |= pieces.iter().any(|piece| piece.emission.is_some());
+        if self.uses[&index] == 1 {
+            pieces.iter().for_each(|piece| context.shapes.append(shape(piece, SHAPE, &place, steps(&[world]))));
+            return Ok(());
+        }
+        let name = match self.names.get(&index) {
+            Some(name) => name.clone(),
+            None => {
+                let name = context.fresh_name(&item.name().unwrap_or_else(|| format!("mesh_{index}")));
+                let place = document.place_of_item(&item);
+                let mut members = Lines::default();
+                pieces.iter().for_each(|piece| members.append(shape(piece, MEMBER, &place, None)));
+                self.groups.group(&place, &name, members);
+                self.names.insert(index, name.clone());
+                name
             }
-        }
+        };
+        context.shapes.instance(&place, SHAPE, &name, steps(&[world]));
         Ok(())
     }
 
-    /// Writes a part of a mesh once more.
-    fn place(&mut self, piece: &Piece, world: &DMat4, place: &Place, context: &mut Context) -> Result<(), SceneError> {
-        self.triangles += piece.triangles;
-        if self.triangles > MOST_TRIANGLES {
-            let message = format!("with its copies the file has more than {MOST_TRIANGLES} triangles");
-            return Err(place.error(message, "use its meshes less often"));
+    /// The parts of a mesh, each written once.
+    fn pieces<'t>(
+        &mut self,
+        item: &Item<'t>,
+        weights: &[f64],
+        context: &mut Context<'_, 't>,
+    ) -> Result<Vec<Rc<Piece>>, SceneError> {
+        let document = &context.asset.document;
+        let mesh: Mesh = document.parse(item)?;
+        let weights = if weights.is_empty() { &mesh.weights } else { weights };
+        if weights.iter().any(|&weight| weight != 0.0) {
+            let place = document.place_of_item(item);
+            context.approximate(&place, "morph targets are left out, though they have weights");
         }
-        if let Some(mesh) = &piece.mesh {
-            let positions = mesh.positions.iter().map(|&p| world.transform_point3(p)).collect();
-            self.kept.push(MeshData { positions, triangles: mesh.triangles.clone(), ..MeshData::default() });
+        if let Some(pieces) = context.pieces.get(&item.index()) {
+            return Ok(pieces.clone());
         }
-        let lines = &mut context.shapes;
-        lines.table(place, "[[shapes]]");
-        lines.key(place, "type", quoted("mesh"));
-        lines.key(place, "file", quoted(&piece.file));
-        lines.key(place, "material", quoted(&piece.material));
-        if let Some((emission, two_sided)) = &piece.emission {
-            lines.key(place, "emission", emission);
-            if *two_sided {
-                lines.key(place, "two_sided", "true");
+        let mut pieces = Vec::new();
+        for (number, raw) in mesh.primitives.iter().enumerate() {
+            let title = format!("{}, primitive {number},", item.title());
+            let primitive: Primitive = document.parse_part(item, raw, &title)?;
+            let part = Part { item, title, primitive: &primitive };
+            if let Some(piece) = self.piece(&part, &document.place_of(raw), context)? {
+                self.triangles += piece.triangles;
+                pieces.push(Rc::new(piece));
             }
-            context.emits = true;
         }
-        if let Some(steps) = steps(&[*world]) {
-            lines.key(place, "transform", steps);
+        context.pieces.insert(item.index(), pieces.clone());
+        Ok(pieces)
+    }
+
+    /// Keeps a mesh where it stands, or the box around it.
+    fn keep(&mut self, mesh: &MeshData, world: &DMat4) {
+        let at = |p: DVec3| world.transform_point3(p);
+        self.triangles_kept += mesh.triangles.len();
+        if self.triangles_kept <= MOST_KEPT {
+            let positions = mesh.positions.iter().map(|&p| at(p)).collect();
+            self.kept.push(MeshData { positions, triangles: mesh.triangles.clone(), ..MeshData::default() });
+            return;
         }
-        Ok(())
+        let low = mesh.positions.iter().fold(DVec3::INFINITY, |low, &p| low.min(p));
+        let high = mesh.positions.iter().fold(DVec3::NEG_INFINITY, |high, &p| high.max(p));
+        let end = |i: usize, bit: usize| if i >> bit & 1 == 0 { low[bit] } else { high[bit] };
+        let positions = (0..8).map(|i| at(DVec3::new(end(i, 0), end(i, 1), end(i, 2)))).collect();
+        let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles = faces.iter().flat_map(|f| [[f[0], f[1], f[2]], [f[0], f[2], f[3]]]).collect();
+        self.kept.push(MeshData { positions, triangles, ..MeshData::default() });
     }
 
     /// A part of a mesh, kept as a file; `None`, and a note, where there is nothing to see.
@@ -219,4 +277,23 @@ impl Meshes {
         }
         Ok(first)
     }
+}
+
+/// A part of a mesh as a shape of the scene or of a group.
+fn shape(piece: &Piece, header: &str, place: &Place, steps: Option<String>) -> Lines {
+    let mut lines = Lines::default();
+    lines.table(place, header);
+    lines.key(place, "type", quoted("mesh"));
+    lines.key(place, "file", quoted(&piece.file));
+    lines.key(place, "material", quoted(&piece.material));
+    if let Some((emission, two_sided)) = &piece.emission {
+        lines.key(place, "emission", emission);
+        if *two_sided {
+            lines.key(place, "two_sided", "true");
+        }
+    }
+    if let Some(steps) = steps {
+        lines.key(place, "transform", steps);
+    }
+    lines
 }

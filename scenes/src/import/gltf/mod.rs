@@ -92,9 +92,8 @@ pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, Sc
     if cameras.next().is_some() {
         context.ignore(&root, "other cameras than the first");
     }
-    let mut worlds = vec![None; asset.document.root.list(schema::Kind::Node).len()];
-    nodes.iter().for_each(|placed| worlds[placed.item.index()] = Some(placed.world));
-    let mut meshes = Meshes { worlds, keep: camera.is_none(), kept: Vec::new(), triangles: 0 };
+    let count = asset.document.root.list(schema::Kind::Node).len();
+    let mut meshes = Meshes::new(&nodes, count, camera.is_none());
     for placed in &nodes {
         let place = asset.document.place_of_item(&placed.item);
         if placed.node.extensions.instancing.is_some() {
@@ -110,7 +109,7 @@ pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, Sc
     if meshes.triangles == 0 {
         return Err(root.error("the scene has no triangles", "give one with meshes"));
     }
-    finish(path, camera, &meshes, context)
+    finish(path, camera, meshes, context)
 }
 
 /// Refuses other versions, and extensions that are needed and not known.
@@ -136,12 +135,7 @@ fn check(document: &Document, root: &Place) -> Result<(), SceneError> {
 }
 
 /// Puts the text together; what lacks a camera or light gets those that a mesh alone would get.
-fn finish(
-    path: &Path,
-    camera: Option<Lines>,
-    meshes: &Meshes,
-    mut context: Context,
-) -> Result<Translation, SceneError> {
+fn finish(path: &Path, camera: Option<Lines>, meshes: Meshes, mut context: Context) -> Result<Translation, SceneError> {
     let root = context.asset.document.place();
     let mut head = Lines::default();
     let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -158,7 +152,7 @@ fn finish(
         context.emitters.key(&root, "type", quoted("constant"));
         context.emitters.key(&root, "radiance", "1.0");
     }
-    for part in [camera, context.materials, context.shapes, context.emitters] {
+    for part in [camera, context.materials, meshes.groups, context.shapes, context.emitters] {
         head.append(part);
     }
     Ok(Translation::new(head, context.attachments, context.notes))

@@ -15,7 +15,7 @@ use crate::error::SceneError;
 
 /// The largest magnitude of a coordinate.
 const MAX_COORDINATE: f64 = 1e15;
-/// How many triangles a file may have in all, those that are placed several times as often as they are.
+/// How many triangles a file may have in all, those of a mesh that stands in several places once.
 pub const MOST_TRIANGLES: usize = 1 << 26;
 
 /// A part of a mesh that is written.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::xml::{Element, Xml};
 use crate::error::SceneError;
-use crate::import::translation::{Attachment, Lines, NoteKind, Notes, Place, named_from};
+use crate::import::translation::{Attachment, Lines, MEMBER, NoteKind, Notes, Place, SHAPE, named_from};
 use crate::suggest::did_you_mean;
 
 /// How deep things may refer to others of their kind.
@@ -41,8 +41,12 @@ pub struct Context<'a> {
     visits: usize,
     /// Whether there is an environment.
     pub has_environment: bool,
-    /// How many shapes instances have been written out to.
-    pub copies: usize,
+    /// The groups that are written so far.
+    pub groups: Lines,
+    /// What they are called, by their element; `None` where nothing is left of one.
+    pub group_names: BTreeMap<*const Element, Option<String>>,
+    /// How shapes begin that are written now: [`SHAPE`] or [`MEMBER`].
+    pub header: &'static str,
     /// How attachments are called, but for their number.
     stem: String,
 }
@@ -65,7 +69,9 @@ impl<'a> Context<'a> {
             nesting: 0,
             visits: 0,
             has_environment: false,
-            copies: 0,
+            groups: Lines::default(),
+            group_names: BTreeMap::new(),
+            header: SHAPE,
             stem: stem.to_string(),
         };
         context.collect_ids(&xml.root)?;
@@ -150,7 +156,12 @@ impl<'a> Context<'a> {
         self.note(NoteKind::Mapped, &element.place, format!("`{} {}` becomes {what}", element.tag, element.kind()));
     }
 
-    /// A name for a material that no other has.
+    /// Whether the shapes that are written now are those of a group.
+    pub fn in_group(&self) -> bool {
+        self.header == MEMBER
+    }
+
+    /// A name for a material or a group that no other has.
     pub fn fresh_name(&mut self, wanted: &str) -> String {
         let free = |name: &String| !self.taken.contains(name);
         let first = std::iter::once(wanted.to_string());

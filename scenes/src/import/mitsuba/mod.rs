@@ -55,7 +55,7 @@ pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, Sc
             "integrator" => context.note(NoteKind::Ignored, &child.place, "a second integrator"),
             "sensor" if camera.is_none() => camera = Some(sensor::write(child, &mut context)?),
             "sensor" => context.note(NoteKind::Ignored, &child.place, "a second sensor"),
-            "shape" => shape::write(child, &[], &mut context)?,
+            "shape" => shape::write(child, &mut context)?,
             "emitter" => emitter::write(child, &mut context)?,
             // What is referred to is written where it is used.
             "bsdf" | "texture" | "spectrum" | "rgb" | "alias" => {}
@@ -69,7 +69,7 @@ pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, Sc
     let camera = camera.ok_or_else(|| {
         xml.root.place.error("the scene has no sensor", "add `<sensor type=\"perspective\">` with a `to_world`")
     })?;
-    for part in [camera, context.materials, context.shapes, context.emitters] {
+    for part in [camera, context.materials, context.groups, context.shapes, context.emitters] {
         head.append(part);
     }
     Ok(Translation::new(head, context.attachments, context.notes))

@@ -13,18 +13,13 @@ use super::{material, mesh, serialized, texture};
 use crate::builder::MeshData;
 use crate::error::SceneError;
 use crate::import::obj::Model;
-use crate::import::translation::{Lines, NoteKind, number, numbers, quoted};
-
-/// How many shapes groups may be written out to, all instances together.
-const MOST_COPIES: usize = 100_000;
-/// From how many on copies are told of.
-const MANY_COPIES: usize = 100;
+use crate::import::translation::{Lines, MEMBER, NoteKind, number, numbers, quoted};
 
 /// A shape's geometry as it will be written.
 struct Form {
     kind: &'static str,
     keys: Vec<(&'static str, String)>,
-    transforms: Vec<DMat4>,
+    transform: DMat4,
     /// Whether v of its texture coordinates is Mitsuba's turned over.
     turned: bool,
     /// Whether its front is the other side than Mitsuba's.
@@ -32,30 +27,30 @@ struct Form {
 }
 
 impl Form {
-    fn new(kind: &'static str, keys: Vec<(&'static str, String)>, transforms: &[DMat4]) -> Self {
-        Self { kind, keys, transforms: transforms.to_vec(), turned: false, other_side: false }
+    fn new(kind: &'static str, keys: Vec<(&'static str, String)>, transform: DMat4) -> Self {
+        Self { kind, keys, transform, turned: false, other_side: false }
     }
 }
 
-/// Writes a shape; `outer` are the transforms of the instances that it is within.
-pub fn write<'a>(element: &'a Element, outer: &[DMat4], context: &mut Context<'a>) -> Result<(), SceneError> {
+/// Writes a shape.
+pub fn write<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<(), SceneError> {
     context.enter(element)?;
-    write_one(element, outer, context)?;
+    write_one(element, context)?;
     context.leave();
     Ok(())
 }
 
-fn write_one<'a>(element: &'a Element, outer: &[DMat4], context: &mut Context<'a>) -> Result<(), SceneError> {
+fn write_one<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<(), SceneError> {
     let plugin = Plugin::new(element, context)?;
     match plugin.kind() {
         "shapegroup" => {
             // It is seen where it is instanced.
             return Ok(());
         }
-        "instance" => return instance(&plugin, outer, context),
+        "instance" => return instance(&plugin, context),
         "merge" => {
             for shape in plugin.tagged("shape") {
-                write(shape, outer, context)?;
+                write(shape, context)?;
             }
             plugin.finish(context);
             return Ok(());
@@ -63,9 +58,8 @@ fn write_one<'a>(element: &'a Element, outer: &[DMat4], context: &mut Context<'a
         _ => {}
     }
     let to_world = plugin.transform("to_world", context)?;
-    let transforms: Vec<DMat4> = std::iter::once(to_world).chain(outer.iter().copied()).collect();
     let flipped = plugin.boolean("flip_normals")?.unwrap_or(false);
-    let Some(form) = form(&plugin, &transforms, context)? else { return Ok(()) };
+    let Some(form) = form(&plugin, to_world, context)? else { return Ok(()) };
     context.mapped(element, &format!("`{}`", form.kind));
     let material = match plugin.tagged("bsdf").first() {
         Some(bsdf) => material::named(bsdf, form.turned, context)?,
@@ -79,19 +73,23 @@ fn write_one<'a>(element: &'a Element, outer: &[DMat4], context: &mut Context<'a
     plugin.finish(context);
     let mut lines = Lines::default();
     let place = &element.place;
-    lines.table(place, "[[shapes]]");
+    lines.table(place, context.header);
     lines.key(place, "type", quoted(form.kind));
     for (key, value) in &form.keys {
         lines.key(place, key, value);
     }
     lines.key(place, "material", quoted(&material));
     if let Some((emission, emitter)) = emission {
+        if context.in_group() {
+            let text = "a shape of a group that emits is copied for each instance";
+            context.note(NoteKind::Mapped, &emitter.place, text);
+        }
         lines.key(&emitter.place, "emission", emission);
     }
     if flipped != form.other_side {
         lines.key(place, "flip", "true");
     }
-    if let Some(steps) = steps(&form.transforms) {
+    if let Some(steps) = steps(&[form.transform]) {
         let place = plugin.part("to_world").map_or(place, |part| &part.place);
         lines.key(place, "transform", steps);
     }
@@ -126,49 +124,62 @@ fn radiance<'a>(
     Ok(Some((radiance.toml(turned), emitter)))
 }
 
-/// A group of shapes, once more.
-fn instance<'a>(plugin: &Plugin<'a>, outer: &[DMat4], context: &mut Context<'a>) -> Result<(), SceneError> {
+/// A group of shapes, somewhere.
+fn instance<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<(), SceneError> {
     let to_world = plugin.transform("to_world", context)?;
     let group = plugin.tagged("shape").into_iter().find(|shape| shape.kind() == "shapegroup");
     let Some(group) = group else {
         return Err(plugin.place().error("`shape instance` refers to no `shapegroup`", "add `<ref id=\"…\"/>`"));
     };
-    let outer: Vec<DMat4> = std::iter::once(to_world).chain(outer.iter().copied()).collect();
-    context.mapped(plugin.element, "copies of its group's shapes");
-    for shape in Plugin::new(group, context)?.tagged("shape") {
-        context.copies += 1;
-        if context.copies > MOST_COPIES {
-            let message = format!("instances would be written out to more than {MOST_COPIES} shapes");
-            return Err(plugin.place().error(message, "use fewer instances"));
-        }
-        if context.copies == MANY_COPIES {
-            let text = format!("instances are written out as copies, {MANY_COPIES} shapes and more");
-            context.note(NoteKind::Mapped, plugin.place(), text);
-        }
-        write(shape, &outer, context)?;
-    }
     plugin.skip(&["id"]);
     plugin.finish(context);
+    if let Some(name) = written(group, context)? {
+        context.mapped(plugin.element, "`instance`");
+        context.shapes.instance(plugin.place(), context.header, &name, steps(&[to_world]));
+    }
     Ok(())
 }
 
+/// The name of a group, which is written where it is placed first; `None`, and a note, where it has no shapes.
+fn written<'a>(group: &'a Element, context: &mut Context<'a>) -> Result<Option<String>, SceneError> {
+    if let Some(known) = context.group_names.get(&std::ptr::from_ref(group)) {
+        return Ok(known.clone());
+    }
+    let outer = (std::mem::take(&mut context.shapes), std::mem::replace(&mut context.header, MEMBER));
+    for shape in Plugin::new(group, context)?.tagged("shape") {
+        write(shape, context)?;
+    }
+    let shapes = std::mem::replace(&mut context.shapes, outer.0);
+    context.header = outer.1;
+    let name = if shapes.is_empty() {
+        context.approximate(&group.place, "a `shapegroup` without shapes is left out with its instances");
+        None
+    } else {
+        let name = context.fresh_name(group.attribute("id").unwrap_or("group"));
+        context.mapped(group, "`groups`");
+        context.groups.group(&group.place, &name, shapes);
+        Some(name)
+    };
+    context.group_names.insert(group, name.clone());
+    Ok(name)
+}
+
 /// What becomes of a shape; `None`, and a note, where that is nothing.
-fn form<'a>(plugin: &Plugin<'a>, transforms: &[DMat4], context: &mut Context<'a>) -> Result<Option<Form>, SceneError> {
-    let whole = transforms.iter().fold(DMat4::IDENTITY, |whole, map| *map * whole);
+fn form<'a>(plugin: &Plugin<'a>, transform: DMat4, context: &mut Context<'a>) -> Result<Option<Form>, SceneError> {
     let text = |vector: [f64; 3]| numbers(&vector);
     Ok(Some(match plugin.kind() {
         "rectangle" => {
             let keys = [("origin", [-1.0, -1.0, 0.0]), ("edge_u", [2.0, 0.0, 0.0]), ("edge_v", [0.0, 2.0, 0.0])];
-            Form::new("quad", keys.map(|(key, vector)| (key, text(vector))).to_vec(), transforms)
+            Form::new("quad", keys.map(|(key, vector)| (key, text(vector))).to_vec(), transform)
         }
         "disk" => {
             let keys = [("center", [0.0; 3]), ("edge_u", [1.0, 0.0, 0.0]), ("edge_v", [0.0, 1.0, 0.0])];
-            Form::new("disk", keys.map(|(key, vector)| (key, text(vector))).to_vec(), transforms)
+            Form::new("disk", keys.map(|(key, vector)| (key, text(vector))).to_vec(), transform)
         }
-        "cube" => Form::new("mesh", mesh::cube().to_vec(), transforms),
-        "sphere" => sphere(plugin, transforms, &whole, context)?,
-        "cylinder" => cylinder(plugin, transforms, &whole, context)?,
-        "obj" | "ply" | "serialized" => return mesh_file(plugin, transforms, &whole, context),
+        "cube" => Form::new("mesh", mesh::cube().to_vec(), transform),
+        "sphere" => sphere(plugin, transform, context)?,
+        "cylinder" => cylinder(plugin, transform, context)?,
+        "obj" | "ply" | "serialized" => return mesh_file(plugin, transform, context),
         kind => {
             context.approximate(plugin.place(), format!("a shape `{kind}` is not known, and is left out"));
             return Ok(None);
@@ -184,61 +195,46 @@ fn radius_of(plugin: &Plugin) -> Result<f64, SceneError> {
     Ok(radius)
 }
 
-fn sphere<'a>(
-    plugin: &Plugin<'a>,
-    transforms: &[DMat4],
-    whole: &DMat4,
-    context: &mut Context<'a>,
-) -> Result<Form, SceneError> {
+fn sphere<'a>(plugin: &Plugin<'a>, transform: DMat4, context: &mut Context<'a>) -> Result<Form, SceneError> {
     let center = plugin.vector("center")?.unwrap_or_default();
     let radius = radius_of(plugin)?;
     let keys = |center: DVec3, radius: f64| vec![("center", numbers(&center.to_array())), ("radius", number(radius))];
-    if is_similarity(whole, 1e-9) {
-        return Ok(Form { turned: true, ..Form::new("sphere", keys(center, radius), transforms) });
+    if is_similarity(&transform, 1e-9) {
+        return Ok(Form { turned: true, ..Form::new("sphere", keys(center, radius), transform) });
     }
     // The matrices of exporters have six digits.
-    if is_similarity(whole, 1e-4) {
+    if is_similarity(&transform, 1e-4) {
         context.approximate(
             plugin.place(),
             "a transform that scales a sphere unevenly by less than 0.0001 is taken as even",
         );
-        let scale = DMat3::from_mat4(*whole).determinant().abs().cbrt();
+        let scale = DMat3::from_mat4(transform).determinant().abs().cbrt();
         return Ok(Form {
             turned: true,
-            ..Form::new("sphere", keys(whole.transform_point3(center), radius * scale), &[])
+            ..Form::new("sphere", keys(transform.transform_point3(center), radius * scale), DMat4::IDENTITY)
         });
     }
     context.approximate(plugin.place(), "a sphere that its transform stretches becomes a mesh");
     let file = context.attach(mesh::obj(&mesh::sphere(center, radius)));
-    Ok(Form::new("mesh", vec![("file", quoted(&file))], transforms))
+    Ok(Form::new("mesh", vec![("file", quoted(&file))], transform))
 }
 
-fn cylinder<'a>(
-    plugin: &Plugin<'a>,
-    transforms: &[DMat4],
-    whole: &DMat4,
-    context: &mut Context<'a>,
-) -> Result<Form, SceneError> {
+fn cylinder<'a>(plugin: &Plugin<'a>, transform: DMat4, context: &mut Context<'a>) -> Result<Form, SceneError> {
     let from = plugin.vector("p0")?.unwrap_or_default();
     let to = plugin.vector("p1")?.unwrap_or(DVec3::Z);
     let radius = radius_of(plugin)?;
-    if is_similarity(whole, 1e-9) {
+    if is_similarity(&transform, 1e-9) {
         let ends = [("from", from), ("to", to)].map(|(key, p)| (key, numbers(&p.to_array())));
         let keys = ends.into_iter().chain([("radius", number(radius))]).collect();
-        return Ok(Form::new("cylinder", keys, transforms));
+        return Ok(Form::new("cylinder", keys, transform));
     }
     context.approximate(plugin.place(), "a cylinder that its transform stretches becomes a mesh");
     let file = context.attach(mesh::obj(&mesh::tube(from, to, radius)));
-    Ok(Form::new("mesh", vec![("file", quoted(&file))], transforms))
+    Ok(Form::new("mesh", vec![("file", quoted(&file))], transform))
 }
 
 /// A mesh of a file: the file itself if it can be, and what its loader makes of it otherwise.
-fn mesh_file<'a>(
-    plugin: &Plugin<'a>,
-    transforms: &[DMat4],
-    whole: &DMat4,
-    context: &mut Context<'a>,
-) -> Result<Option<Form>, SceneError> {
+fn mesh_file<'a>(plugin: &Plugin<'a>, transform: DMat4, context: &mut Context<'a>) -> Result<Option<Form>, SceneError> {
     let Some(name) = plugin.text("filename")? else {
         return Err(plugin.place().error(format!("{} has no `filename`", plugin.element.title()), "name a file"));
     };
@@ -252,14 +248,14 @@ fn mesh_file<'a>(
     plugin.skip(&["shape_name"]);
     let Some(path) = context.find(name, plugin.place()) else {
         // It is told of with the others that are missing.
-        return Ok(Some(Form { turned, ..Form::new("mesh", vec![("file", quoted(name))], transforms) }));
+        return Ok(Some(Form { turned, ..Form::new("mesh", vec![("file", quoted(name))], transform) }));
     };
-    let mirrored = DMat3::from_mat4(*whole).determinant() < 0.0;
+    let mirrored = DMat3::from_mat4(transform).determinant() < 0.0;
     let form = |file: &str, has_normals: bool| Form {
         turned,
         // A mesh without normals has its front where its corners turn, after the transform.
         other_side: mirrored && !has_normals,
-        ..Form::new("mesh", vec![("file", quoted(file))], transforms)
+        ..Form::new("mesh", vec![("file", quoted(file))], transform)
     };
     if plugin.kind() == "ply" {
         return Ok(Some(ply(plugin, &path, flat, form, context)?));
@@ -278,7 +274,7 @@ fn mesh_file<'a>(
         (vec![found.mesh], has_normals, flat || found.face_normals)
     };
     let mut data = mesh::joined(data);
-    let smoothed = if has_normals || of_faces { None } else { mesh::smooth_normals(&data, whole) };
+    let smoothed = if has_normals || of_faces { None } else { mesh::smooth_normals(&data, &transform) };
     if is_obj && smoothed.is_none() && !(has_normals && of_faces) {
         return Ok(Some(form(&context.named_from_base(&path), has_normals)));
     }

@@ -87,16 +87,29 @@ fn shapes() {
 }
 
 #[test]
-fn instances_are_copies_with_both_transforms() {
+fn groups_are_kept_once_and_instances_place_them() {
     let group = "<shape type=\"shapegroup\" id=\"g\"><shape type=\"sphere\"/><shape type=\"rectangle\">\
                  <transform name=\"to_world\"><translate x=\"1\"/></transform></shape></shape>";
     let instance =
         "<shape type=\"instance\"><ref id=\"g\"/><transform name=\"to_world\"><translate y=\"5\"/></transform></shape>";
     let translation = made_of(&format!("{group}{instance}{instance}"));
-    assert_eq!(translation.text.matches("[[shapes]]").count(), 4);
-    assert_eq!(translation.text.matches("{ matrix").count(), 6);
+    assert_eq!(translation.text.matches("[[groups.shapes]]").count(), 2);
+    assert_eq!(translation.text.matches("type = \"instance\"\ngroup = \"g\"\ntransform").count(), 2);
     let scene = translation.read("a", Path::new("."), None).unwrap().build(Skip::Unneeded).unwrap();
-    assert_eq!((scene.counts().spheres, scene.counts().triangles), (2, 4));
+    let counts = scene.counts();
+    assert_eq!((counts.spheres, counts.triangles, counts.placed_triangles, counts.instances), (1, 2, 4, 2));
+    // A group within a group, a lamp in it, and one that has nothing.
+    let outer = "<shape type=\"shapegroup\" id=\"h\"><shape type=\"instance\"><ref id=\"g\"/></shape><shape type=\"instance\">\
+                 <ref id=\"g\"/></shape><shape type=\"disk\"><emitter type=\"area\"/></shape></shape>\
+                 <shape type=\"shapegroup\" id=\"e\"/><shape type=\"instance\"><ref id=\"e\"/></shape>";
+    let translation = made_of(&format!("{outer}{group}{}{}", instance.replace("\"g\"", "\"h\""), instance));
+    let noted = |kind, text: &str| notes(&translation, kind).iter().any(|note| note.contains(text));
+    assert!(noted(NoteKind::Mapped, "that emits is copied") && noted(NoteKind::Approximated, "without shapes"));
+    let scene = translation.read("a", Path::new("."), None).unwrap().build(Skip::Unneeded).unwrap();
+    let counts = scene.counts();
+    assert_eq!((counts.spheres, counts.disks, counts.instances, counts.emitters), (1, 1, 3, 1));
+    let error = fault(&outer.replacen("\"g\"", "\"h\"", 1).replace("\"e\"/></shape>", "\"h\"/></shape>"));
+    assert!(error.contains("contains itself"), "{error}");
 }
 
 #[test]

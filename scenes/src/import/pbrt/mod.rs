@@ -1,8 +1,8 @@
 //! Scenes of pbrt-v4, and of v3 by the names that v4 has given to its parts.
 //!
 //! `lexer` and `parser` read the text, `parameters` looks values up, `state` carries directives out, `context` keeps what is
-//! known meanwhile; `transform`, `spectrum`, `texture`, `material` with `model`, `shape` with `triangles`, `light` and `camera` each
-//! write what a kind of thing becomes in the language of scene files. `docs/importers.md` has the table of what is exact, what
+//! known meanwhile; `transform`, `spectrum`, `texture`, `material` with `model`, `shape` with `triangles`, `object`, `light` and
+//! `camera` each write what a kind of thing becomes in the language of scene files. `docs/importers.md` has the table of what is exact, what
 //! is near, and what is left out.
 
 mod camera;
@@ -11,6 +11,7 @@ mod lexer;
 mod light;
 mod material;
 mod model;
+mod object;
 mod parameters;
 mod parser;
 mod shape;
@@ -29,7 +30,7 @@ use context::Context;
 use state::State;
 
 use crate::error::SceneError;
-use crate::import::translation::{Lines, Place, Translation, quoted};
+use crate::import::translation::{Lines, Place, SHAPE, Translation, quoted};
 
 /// Translates the scene at `path`. Files are named from the folder `base`, and meshes without a file begin with `stem`.
 pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, SceneError> {
@@ -38,7 +39,7 @@ pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, Sc
     let mut state = State::new(&mut context);
     state.file(path, None)?;
     let unfinished = state.finish(&root);
-    let State { options, records, .. } = state;
+    let State { options, records, objects, .. } = state;
     // What is missing tells of itself before what comes of its being missing.
     context.check_files()?;
     unfinished?;
@@ -49,10 +50,12 @@ pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, Sc
     camera::series(&options, &root, &mut head, &mut context)?;
     let camera = camera::write(&options, &root, &mut context)?;
     for record in &records {
-        shape::write(record, &mut context)?;
+        let shape = shape::written(record, SHAPE, &mut context)?;
+        context.shapes.append(shape);
     }
+    let groups = objects.write(&mut context)?;
     context.check_files()?;
-    for part in [camera, context.materials, context.shapes, context.emitters] {
+    for part in [camera, context.materials, groups, context.shapes, context.emitters] {
         head.append(part);
     }
     Ok(Translation::new(head, context.attachments, context.notes))

@@ -118,8 +118,8 @@ pub fn read(parameters: &Parameters, keep: bool, context: &mut Context) -> Resul
     Ok(Some(geometry))
 }
 
-/// Writes a shape.
-pub fn write(record: &Record, context: &mut Context) -> Result<(), SceneError> {
+/// The lines of a shape, the first of which is `header`.
+pub fn written(record: &Record, header: &str, context: &mut Context) -> Result<Lines, SceneError> {
     let place = &record.place;
     let map = &record.transform;
     let opacity = match &record.alpha {
@@ -137,7 +137,7 @@ pub fn write(record: &Record, context: &mut Context) -> Result<(), SceneError> {
     // A mesh without normals has its front where its corners turn, after the transform.
     let other_side = mirrored && matches!(*record.geometry, Geometry::Mesh { has_normals: false, .. });
     let mut lines = Lines::default();
-    lines.table(place, "[[shapes]]");
+    lines.table(place, header);
     lines.key(place, "type", quoted(kind));
     for (key, value) in keys {
         lines.key(place, key, value);
@@ -155,8 +155,7 @@ pub fn write(record: &Record, context: &mut Context) -> Result<(), SceneError> {
     if let Some(steps) = steps(&[transform]) {
         lines.key(place, "transform", steps);
     }
-    context.shapes.append(lines);
-    Ok(())
+    Ok(lines)
 }
 
 /// Type, keys and transform of a shape; what its transform stretches becomes a mesh.

@@ -9,6 +9,7 @@ use glam::DMat4;
 use super::camera::{self, Options};
 use super::context::{Context, file_name};
 use super::material::Material;
+use super::object::{Object, Objects};
 use super::parameters::Parameters;
 use super::parser::{Parameter, Parser, Statement};
 use super::shape::{self, Record};
@@ -23,10 +24,6 @@ const MAX_DEPTH: usize = 1000;
 const MAX_INCLUDES: usize = 32;
 /// How many files may be included in all.
 const MOST_FILES: usize = 10_000;
-/// How many shapes objects may be written out to, all instances together.
-const MOST_COPIES: usize = 100_000;
-/// From how many on copies are told of.
-const MANY_COPIES: usize = 100;
 
 /// What attributes hold.
 #[derive(Clone)]
@@ -55,16 +52,16 @@ pub struct State<'c> {
     pub options: Options,
     /// The shapes.
     pub records: Vec<Record>,
+    /// What is placed many times.
+    pub objects: Objects,
     graphics: Graphics,
     stack: Vec<(Frame, Graphics, Place)>,
     systems: BTreeMap<String, DMat4>,
-    objects: BTreeMap<String, Vec<Record>>,
     /// The object that is being read.
-    object: Option<(String, Vec<Record>)>,
+    object: Option<Object>,
     in_world: bool,
     open: Vec<PathBuf>,
     files: usize,
-    copies: usize,
 }
 
 impl<'c> State<'c> {
@@ -74,6 +71,7 @@ impl<'c> State<'c> {
             context,
             options: Options { camera: None, film: None, filter: None, integrator: None },
             records: Vec::new(),
+            objects: Objects::default(),
             graphics: Graphics {
                 map: DMat4::IDENTITY,
                 reversed: false,
@@ -83,12 +81,10 @@ impl<'c> State<'c> {
             },
             stack: Vec::new(),
             systems: BTreeMap::new(),
-            objects: BTreeMap::new(),
             object: None,
             in_world: false,
             open: Vec::new(),
             files: 0,
-            copies: 0,
         }
     }
 
@@ -162,13 +158,13 @@ impl<'c> State<'c> {
                 if self.object.is_some() {
                     return Err(place.error("an object begins within another", "end that one by `ObjectEnd` first"));
                 }
-                self.begin(Frame::Object, place)?;
-                self.object = Some((statement.texts[0].clone(), Vec::new()));
+                self.begin(Frame::Object, place.clone())?;
+                self.object = Some(Object { name: statement.texts[0].clone(), records: Vec::new(), place });
             }
             "ObjectEnd" => {
                 self.end(Frame::Object, &statement)?;
-                if let Some((name, records)) = self.object.take() {
-                    self.objects.insert(name, records);
+                if let Some(object) = self.object.take() {
+                    self.objects.add(object);
                 }
             }
             "ObjectInstance" => self.instance(&statement)?,
@@ -366,7 +362,7 @@ impl<'c> State<'c> {
             place,
         };
         match &mut self.object {
-            Some((_, records)) => records.push(record),
+            Some(object) => object.records.push(record),
             None => self.records.push(record),
         }
         Ok(())
@@ -377,24 +373,6 @@ impl<'c> State<'c> {
         if self.object.is_some() {
             return Err(place.error("an instance stands within an object", "end the object by `ObjectEnd` first"));
         }
-        let Some(records) = self.objects.get(name) else {
-            let names: Vec<&str> = self.objects.keys().map(String::as_str).collect();
-            let message = format!("there is no object `{}`", super::lexer::shown(name));
-            return Err(place.error(message, did_you_mean(name, &names)));
-        };
-        let before = self.copies;
-        self.copies += records.len();
-        if self.copies > MOST_COPIES {
-            let message = format!("instances would be written out to more than {MOST_COPIES} shapes");
-            return Err(place.error(message, "use fewer instances"));
-        }
-        if before < MANY_COPIES && self.copies >= MANY_COPIES {
-            let text = format!("instances are written out as copies, {MANY_COPIES} shapes and more");
-            self.context.note(NoteKind::Mapped, place, text);
-        }
-        let map = self.graphics.map;
-        self.records
-            .extend(records.iter().map(|record| Record { transform: map * record.transform, ..record.clone() }));
-        Ok(())
+        self.objects.instance(name, self.graphics.map, place, self.context)
     }
 }

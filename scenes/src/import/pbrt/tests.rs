@@ -12,6 +12,8 @@ use tempfile::TempDir;
 use super::translate;
 use crate::import::translation::{NoteKind, Translation};
 use crate::needs::Skip;
+use crate::ray::Ray;
+use sampling::{Vec3, vec3};
 
 const CAMERA: &str = "LookAt 0 0 4 0 0 0 0 1 0 Camera \"perspective\" \"float fov\" 40 Film \"rgb\" \"integer xresolution\" 16 \
      \"integer yresolution\" 12 Integrator \"path\" WorldBegin";
@@ -102,15 +104,21 @@ fn every_transform_is_column_by_column_and_the_last_is_first() {
 }
 
 #[test]
-fn objects_are_copied_with_both_transforms_and_emit_nothing() {
+fn objects_become_groups_and_emit_nothing() {
     let text = "ObjectBegin \"ball\" Translate 1 0 0 AreaLightSource \"diffuse\" Shape \"sphere\" Shape \"disk\" ObjectEnd \
                 Translate 0 5 0 ObjectInstance \"ball\" Scale 2 2 2 ObjectInstance \"ball\"";
     let translation = made_of(text);
     let table = table(&translation);
     let shapes = table["shapes"].as_array().unwrap();
-    assert_eq!(shapes.len(), 4);
-    let matrix = vector(&shapes[2]["transform"][0]["matrix"]);
-    assert_eq!([matrix[0], matrix[3], matrix[7]], [2.0, 2.0, 5.0]);
+    assert_eq!(shapes.len(), 2);
+    let matrix = vector(&shapes[1]["transform"][0]["matrix"]);
+    assert_eq!([matrix[0], matrix[3], matrix[7]], [2.0, 0.0, 5.0]);
+    let members = table["groups"][0]["shapes"].as_array().unwrap();
+    assert_eq!((members.len(), shapes[1]["group"].as_str()), (2, table["groups"][0]["name"].as_str()));
+    let scene = translation.read("a", Path::new("."), None).unwrap().build(Skip::Unneeded).unwrap();
+    assert_eq!((scene.counts().spheres, scene.counts().disks, scene.counts().instances), (1, 1, 2));
+    let hit = scene.intersect(&Ray::new(vec3(2.0, 20.0, 0.0), -Vec3::Y)).unwrap();
+    assert!((hit.point.p.y - 7.0).abs() < 1e-5, "the larger ball, at (2, 5, 0), is met at {}", hit.point.p);
     assert!(!translation.text.contains("emission"));
     assert!(notes(&translation, NoteKind::Approximated).iter().any(|note| note.contains("do not emit")));
 }

@@ -11,7 +11,7 @@ fn bytes<const N: usize, T: Copy>(numbers: &[T], bytes: fn(T) -> [u8; N]) -> Vec
 fn strips_and_fans_are_triangles_that_keep_their_front() {
     let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [0.0, 2.0]];
     for (mode, expected) in
-        [(4, vec![[0, 1, 2]]), (5, vec![[0, 1, 2], [1, 3, 2], [2, 3, 4]]), (6, vec![[1, 2, 0], [2, 3, 0]])]
+        [(4, vec![[0, 1, 2]]), (5, vec![[0, 1, 2], [1, 3, 2], [2, 3, 4]]), (6, vec![[1, 2, 0], [2, 3, 0], [3, 4, 0]])]
     {
         let mut fixture = Fixture::empty();
         let numbers: Vec<f32> = corners.iter().flat_map(|[x, y]| [*x, *y, 0.0]).collect();
@@ -22,7 +22,6 @@ fn strips_and_fans_are_triangles_that_keep_their_front() {
         let found: Vec<[DVec3; 3]> = mesh.triangles.iter().map(points).collect();
         let point = |i: usize| DVec3::new(corners[i][0].into(), corners[i][1].into(), 0.0);
         let expected: Vec<[DVec3; 3]> = expected.into_iter().map(|t: [usize; 3]| t.map(point)).collect();
-        // The fan's last triangle has no area: its corners lie in a line.
         assert_eq!(found, expected, "mode {mode}");
     }
     for mode in 0..4 {
@@ -49,8 +48,8 @@ fn every_kind_of_number_is_read() {
     };
     let padded: Vec<u8> = positions.chunks(3).flat_map(|p| [p[0] as u8, p[1] as u8, p[2] as u8, 9]).collect();
     assert_eq!(with(5121, false, &padded, 4), 1.0);
-    assert_eq!(with(5120, true, &padded.iter().map(|&b| b * 127).collect::<Vec<u8>>(), 4), 1.0);
-    assert_eq!(with(5120, true, &padded.iter().map(|&b| b * 128).collect::<Vec<u8>>(), 4), -1.0);
+    assert_eq!(with(5120, true, &padded.iter().map(|&b| b.wrapping_mul(127)).collect::<Vec<u8>>(), 4), 1.0);
+    assert_eq!(with(5120, true, &padded.iter().map(|&b| b.wrapping_mul(128)).collect::<Vec<u8>>(), 4), -1.0);
     assert_eq!(with(5123, true, &bytes(&positions.map(|x: i32| x as u16 * 13107), u16::to_le_bytes), 0) as f32, 0.2);
     assert_eq!(with(5122, false, &bytes(&positions.map(|x| x as i16 * -7), i16::to_le_bytes), 0), -7.0);
     assert_eq!(with(5126, false, &bytes(&positions.map(|x| x as f32 * 2.5), f32::to_le_bytes), 0), 2.5);
@@ -134,8 +133,13 @@ fn nodes_stand_in_the_frames_of_those_above() {
     fixture.json.as_object_mut().unwrap().remove("scenes");
     fixture.json.as_object_mut().unwrap().remove("scene");
     let translation = fixture.translated();
-    assert_eq!(table(&translation)["shapes"].as_array().unwrap().len(), 2);
+    let table = table(&translation);
+    let shapes = table["shapes"].as_array().unwrap();
     assert_eq!(translation.attachments.len(), 1);
+    assert_eq!(table["groups"][0]["shapes"].as_array().unwrap().len(), 1);
+    let kinds: Vec<_> = shapes.iter().map(|shape| (shape["type"].as_str(), shape["group"].as_str())).collect();
+    assert_eq!(kinds, [(Some("instance"), Some("mesh_0")); 2]);
+    assert!(shapes[0].get("transform").is_some() != shapes[1].get("transform").is_some());
 }
 
 #[test]
