@@ -144,6 +144,7 @@ impl<'a, 't> Accessor<'a, 't> {
         let sparse = match &accessor.sparse {
             None => None,
             Some(sparse) => {
+                document.spend(&item, sparse.count.saturating_mul(4))?;
                 let indices = Elements {
                     component: component(sparse.indices.component_type)?,
                     normalized: false,
@@ -183,7 +184,7 @@ impl<'a, 't> Accessor<'a, 't> {
         self.components == 1 && matches!(self.component, Component::U8 | Component::U16 | Component::U32)
     }
 
-    /// Whether it has bytes of its own.
+    /// Whether it has any bytes.
     pub fn has_bytes(&self) -> bool {
         self.elements.is_some() || self.sparse.is_some()
     }

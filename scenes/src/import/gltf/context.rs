@@ -31,10 +31,12 @@ pub struct Context<'a, 't> {
     taken: BTreeSet<String>,
     /// What images are called, by their number.
     pub images: HashMap<usize, String>,
-    /// What is known of images, by their number.
-    pub facts: HashMap<usize, Rc<Facts>>,
-    /// What images with other texels are called, by their number and what was done to them.
-    pub repainted: HashMap<(usize, String), String>,
+    /// What embedded images are called, by where their bytes begin and how many they are.
+    pub embedded: HashMap<(usize, usize), String>,
+    /// What is known of images, by their names.
+    pub facts: HashMap<String, Rc<Facts>>,
+    /// What images with other texels are called, by their names and what was done to them.
+    pub repainted: HashMap<(String, String), String>,
     /// Materials written, by their number and what the mesh has.
     pub written: HashMap<(Option<usize>, Form), Rc<Written>>,
     /// The parts of meshes that are written, by the mesh's number.
@@ -57,6 +59,7 @@ impl<'a, 't> Context<'a, 't> {
             attachments: Vec::new(),
             taken: BTreeSet::new(),
             images: HashMap::new(),
+            embedded: HashMap::new(),
             facts: HashMap::new(),
             repainted: HashMap::new(),
             written: HashMap::new(),

@@ -1,5 +1,6 @@
 //! The JSON of a file: lists of objects that are read one by one, each with its line.
 
+use std::cell::Cell;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -10,6 +11,8 @@ use super::schema::{Kind, Root};
 use crate::error::SceneError;
 use crate::import::translation::Place;
 
+/// How many bytes are read in all: what is small may be named often, and what is large rarely.
+const MOST_WORK: usize = 1 << 32;
 /// The longest name that messages tell whole.
 const LONGEST_NAME: usize = 40;
 
@@ -21,6 +24,8 @@ pub struct Document<'t> {
     lines: Vec<usize>,
     /// The lists and what stands beside them.
     pub root: Root<'t>,
+    /// How many bytes have been read so far.
+    work: Cell<usize>,
 }
 
 /// An object of the file.
@@ -41,7 +46,7 @@ impl<'t> Document<'t> {
             let message = format!("the JSON is not glTF 2.0: {} (column {column})", plain(&error));
             Place { file: file.clone(), line }.error(message, "mend it there, or export the file again")
         })?;
-        Ok(Self { file, text, lines, root })
+        Ok(Self { file, text, lines, root, work: Cell::new(0) })
     }
 
     /// The file as a whole.
@@ -80,6 +85,7 @@ impl<'t> Document<'t> {
         raw: &'t RawValue,
         title: &str,
     ) -> Result<T, SceneError> {
+        self.spend(item, raw.get().len())?;
         serde_json::from_str(raw.get()).map_err(|error| {
             let mut place = self.place_of(raw);
             let ends = self.lines.len();
@@ -87,6 +93,16 @@ impl<'t> Document<'t> {
             let message = format!("{title} cannot be read: {}", plain(&error));
             place.error(message, format!("write {} as glTF 2.0 has it", item.kind.name()))
         })
+    }
+
+    /// Counts bytes that are read because of an object, and refuses files that name large ones over and over.
+    pub fn spend(&self, item: &Item, bytes: usize) -> Result<(), SceneError> {
+        self.work.set(self.work.get().saturating_add(bytes));
+        if self.work.get() <= MOST_WORK {
+            return Ok(());
+        }
+        let message = format!("is one read too many: {MOST_WORK} bytes have been read, most of them again and again");
+        Err(self.error(item, message, "let large parts be named less often"))
     }
 
     /// Where an object begins.

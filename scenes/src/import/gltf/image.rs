@@ -44,6 +44,14 @@ pub fn file<'t>(index: usize, by: &Item<'t>, context: &mut Context<'_, 't>) -> R
     let item = asset.document.item(Kind::Image, index, by)?;
     let image: schema::Image = asset.document.parse(&item)?;
     let bytes = bytes(index, by, context)?;
+    // Several views of the same bytes are one image.
+    let key = (bytes.as_ptr() as usize, bytes.len());
+    let borrowed = matches!(bytes, Cow::Borrowed(_));
+    if let Some(name) = context.embedded.get(&key).filter(|_| borrowed) {
+        let name = name.clone();
+        context.images.insert(index, name.clone());
+        return Ok(name);
+    }
     let ending = match FORMATS.into_iter().find(|(begin, _)| bytes.starts_with(begin)) {
         Some((_, Format::Read(ending))) => ending,
         Some((_, Format::Unread(name))) => {
@@ -55,6 +63,9 @@ pub fn file<'t>(index: usize, by: &Item<'t>, context: &mut Context<'_, 't>) -> R
         Some(uri) => context.named_from_base(&asset.path(&item, uri)?),
         None => context.attach("image", ending, bytes.into_owned()),
     };
+    if borrowed {
+        context.embedded.insert(key, name.clone());
+    }
     context.images.insert(index, name.clone());
     Ok(name)
 }
@@ -89,12 +100,13 @@ fn decoded<'t>(index: usize, by: &Item<'t>, context: &Context<'_, 't>) -> Result
 
 /// What is known of an image.
 pub fn facts<'t>(index: usize, by: &Item<'t>, context: &mut Context<'_, 't>) -> Result<Rc<Facts>, SceneError> {
-    if let Some(facts) = context.facts.get(&index) {
+    let name = file(index, by, context)?;
+    if let Some(facts) = context.facts.get(&name) {
         return Ok(facts.clone());
     }
     let image = decoded(index, by, context)?;
     let facts = Rc::new(Facts { has_alpha: image.has_alpha(), greatest: image.range().1 });
-    context.facts.insert(index, facts.clone());
+    context.facts.insert(name, facts.clone());
     Ok(facts)
 }
 
@@ -106,11 +118,14 @@ pub fn repainted<'t>(
     paint: impl Fn([f32; 4]) -> [f32; 4],
     context: &mut Context<'_, 't>,
 ) -> Result<String, SceneError> {
-    let key = (index, format!("{kind} {what}"));
+    let key = (file(index, by, context)?, format!("{kind} {what}"));
     if let Some(name) = context.repainted.get(&key) {
         return Ok(name.clone());
     }
-    let bytes = decoded(index, by, context)?.repainted(paint);
+    let image = decoded(index, by, context)?;
+    let (width, height) = image.size();
+    context.asset.document.spend(by, 4 * width as usize * height as usize)?;
+    let bytes = image.repainted(paint);
     let name = context.attach(kind, "png", bytes);
     context.repainted.insert(key, name.clone());
     Ok(name)

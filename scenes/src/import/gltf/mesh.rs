@@ -118,18 +118,24 @@ impl Meshes {
         context: &mut Context<'_, 't>,
     ) -> Result<Vec<Rc<Piece>>, SceneError> {
         let document = &context.asset.document;
-        let mesh: Mesh = document.parse(item)?;
-        let weights = if weights.is_empty() { &mesh.weights } else { weights };
-        if weights.iter().any(|&weight| weight != 0.0) {
-            let place = document.place_of_item(item);
-            context.approximate(&place, "morph targets are left out, though they have weights");
-        }
+        let note = |weights: &[f64], context: &mut Context| {
+            if weights.iter().any(|&weight| weight != 0.0) {
+                let place = context.asset.document.place_of_item(item);
+                context.approximate(&place, "morph targets are left out, though they have weights");
+            }
+        };
+        note(weights, context);
         if let Some(pieces) = context.pieces.get(&item.index()) {
             return Ok(pieces.clone());
         }
+        let mesh: Mesh = document.parse(item)?;
+        if weights.is_empty() {
+            note(&mesh.weights, context);
+        }
+        let whole = item.title();
         let mut pieces = Vec::new();
         for (number, raw) in mesh.primitives.iter().enumerate() {
-            let title = format!("{}, primitive {number},", item.title());
+            let title = format!("{whole}, primitive {number},");
             let primitive: Primitive = document.parse_part(item, raw, &title)?;
             let part = Part { item, title, primitive: &primitive };
             if let Some(piece) = self.piece(&part, &document.place_of(raw), context)? {
@@ -245,6 +251,7 @@ impl Meshes {
         let document = &context.asset.document;
         let item: Item = document.item(Kind::Skin, skin, &placed.item)?;
         let skin: Skin = document.parse(&item)?;
+        document.spend(&item, skin.joints.len().saturating_mul(64))?;
         let place = document.place_of_item(&item);
         let inverse = match skin.inverse_bind_matrices {
             Some(index) => Some(Accessor::open(context.asset, index, &item)?),
@@ -265,10 +272,7 @@ impl Meshes {
             context.approximate(&place, "a skin whose joints are nowhere is left out");
             return Ok(placed.world);
         };
-        let size = first
-            .abs_diff_eq(DMat4::ZERO, 0.0)
-            .then_some(1.0)
-            .unwrap_or_else(|| first.to_cols_array().iter().fold(0.0f64, |largest, x| largest.max(x.abs())));
+        let size = first.to_cols_array().iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
         if maps.iter().any(|map| map.is_none_or(|map| !map.abs_diff_eq(first, 1e-3 * size))) {
             context
                 .approximate(&place, "a skin is left out: its mesh stands as its first joint has it, without a pose");

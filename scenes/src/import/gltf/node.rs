@@ -23,7 +23,7 @@ pub fn placed<'t>(asset: &Asset<'t>) -> Result<(Vec<Placed<'t>>, usize), SceneEr
     let count = document.root.list(Kind::Node).len();
     let mut scenes = document.all(Kind::Scene);
     let number = document.root.scene.unwrap_or(0);
-    let others = document.root.list(Kind::Scene).len().saturating_sub(1);
+    let all = document.root.list(Kind::Scene).len();
     let mut waiting: Vec<(Item<'t>, DMat4)> = Vec::new();
     match scenes.nth(number) {
         Some(scene) => {
@@ -33,7 +33,7 @@ pub fn placed<'t>(asset: &Asset<'t>) -> Result<(Vec<Placed<'t>>, usize), SceneEr
             }
         }
         None if document.root.scene.is_some() => {
-            let message = format!("`scene` is {number}, and the file has {} scenes", others);
+            let message = format!("`scene` is {number}, and the file has {all} scenes");
             return Err(document.place().error(message, "count from 0"));
         }
         // Without a scene, all that hangs from nothing.
@@ -65,7 +65,7 @@ pub fn placed<'t>(asset: &Asset<'t>) -> Result<(Vec<Placed<'t>>, usize), SceneEr
         }
         placed.push(Placed { item, node, world });
     }
-    Ok((placed, others))
+    Ok((placed, all.saturating_sub(1)))
 }
 
 /// From a node's frame to its parent's: a matrix, column by column, or translation · rotation · scale.

@@ -86,32 +86,16 @@ impl<'t> Part<'_, 't> {
         let Some(positions) = self.attribute(asset, "POSITION", 3..=3, None)? else {
             return Err(self.error(asset, "has no `POSITION`", "give its vertices"));
         };
-        let corners = self.corners(asset, &positions, left)?;
-        let point = |index: u32| -> Result<DVec3, SceneError> {
-            let p = DVec3::from(positions.get::<3>(index as usize));
-            if p.abs().max_element() <= MAX_COORDINATE && p.is_finite() {
-                return Ok(p);
-            }
-            let message = format!("has {p} as its element {index}, a vertex");
-            let mend = format!("give finite numbers, at most {MAX_COORDINATE:e} in magnitude");
-            Err(asset.document.error(&positions.item, message, mend))
-        };
-        let mut used: Vec<u32> = corners.iter().flatten().copied().collect();
-        used.sort_unstable();
-        used.dedup();
-        let points: Vec<DVec3> = used.iter().map(|&index| point(index)).collect::<Result<_, _>>()?;
-        let place = |index: u32| used.binary_search(&index).expect("all are there") as u32;
-        let triangles: Vec<[u32; 3]> = corners
-            .iter()
-            .map(|corners| corners.map(place))
-            .filter(|t| {
-                let [a, b, c] = t.map(|i| points[i as usize]);
-                (b - a).cross(c - a).length_squared() > 0.0
-            })
-            .collect();
+        let triangles = self.corners(asset, &positions, left)?;
         if triangles.is_empty() {
             return Ok(None);
         }
+        let mut used: Vec<u32> = triangles.iter().flatten().copied().collect();
+        used.sort_unstable();
+        used.dedup();
+        let place = |index: u32| used.binary_search(&index).expect("all are there") as u32;
+        let triangles = triangles.iter().map(|corners| corners.map(place)).collect();
+        let points = used.iter().map(|&index| DVec3::from(positions.get::<3>(index as usize))).collect();
         let count = Some(positions.count);
         let normals = match self.attribute(asset, "NORMAL", 3..=3, count)? {
             // What is no number stands for none.
@@ -159,7 +143,7 @@ impl<'t> Part<'_, 't> {
         }
     }
 
-    /// The corners of the triangles, without those of two equal corners.
+    /// The corners of the triangles that have an area.
     fn corners(
         &self,
         asset: &Asset<'t>,
@@ -176,6 +160,7 @@ impl<'t> Part<'_, 't> {
             let message = format!("has {faces} triangles, with which there are more than {MOST_TRIANGLES} in all");
             return Err(self.error(asset, message, "simplify the meshes"));
         }
+        asset.document.spend(self.item, faces.saturating_mul(12))?;
         if let Some(list) = list.as_ref().filter(|list| !list.is_whole()) {
             let message = "has indices that are no whole numbers of 0 or more";
             return Err(asset.document.error(&list.item, message, "give 5121, 5123 or 5125, SCALAR"));
@@ -193,7 +178,17 @@ impl<'t> Part<'_, 't> {
             }
             Err(asset.document.error(&list.item, message, "count vertices from 0"))
         };
-        let mut corners = Vec::with_capacity(faces);
+        let point = |index: u32| -> Result<DVec3, SceneError> {
+            let p = DVec3::from(positions.get::<3>(index as usize));
+            if p.abs().max_element() <= MAX_COORDINATE && p.is_finite() {
+                return Ok(p);
+            }
+            let message = format!("has {p} as its element {index}, a vertex");
+            let mend = format!("give finite numbers, at most {MAX_COORDINATE:e} in magnitude");
+            Err(asset.document.error(&positions.item, message, mend))
+        };
+        // Nothing is kept in advance: a list without bytes may be as long as it likes.
+        let mut corners = Vec::new();
         for face in 0..faces {
             let places = match self.primitive.mode {
                 4 => [3 * face, 3 * face + 1, 3 * face + 2],
@@ -202,7 +197,8 @@ impl<'t> Part<'_, 't> {
                 _ => [face + 1, face + 2, 0],
             };
             let [a, b, c] = [vertex(places[0])?, vertex(places[1])?, vertex(places[2])?];
-            if a != b && b != c && c != a {
+            let [p, q, r] = [point(a)?, point(b)?, point(c)?];
+            if (q - p).cross(r - p).length_squared() > 0.0 {
                 corners.push([a, b, c]);
             }
         }

@@ -172,6 +172,11 @@ fn indices_count_vertices() {
     for nothing in [&[0, 1][..], &[], &[0, 0, 1]] {
         assert!(with(nothing).fault().contains("a.glb:1: the scene has no triangles"));
     }
+    // One that is large and is named over and over.
+    let mut fixture = Fixture::triangle(json!({}));
+    fixture.json["accessors"][0]["extras"] = json!("x".repeat(10_000_000));
+    fixture.json["meshes"][0]["primitives"] = json!(vec![json!({ "attributes": { "POSITION": 0 } }); 500]);
+    assert!(fixture.fault().contains("accessor 0 is one read too many: 4294967296 bytes"));
     // Zeros without bytes, more than can be.
     let mut fixture = Fixture::triangle(json!({ "indices": 1 }));
     fixture.push("accessors", json!({ "componentType": 5125, "type": "SCALAR", "count": 4_000_000_000u64 }));
