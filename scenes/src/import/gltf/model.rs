@@ -107,7 +107,7 @@ impl<'t> Surface<'_, 't> {
     fn eta(&self, dimmed: bool, context: &mut Context) -> f64 {
         let (source, extensions) = (self.source, &self.source.appearance.extensions);
         let ior = extensions.ior.as_ref().map_or(1.5, |ior| ior.ior);
-        let ior = if ior < 0.01 || ior > 100.0 {
+        let ior = if !(0.01..=100.0).contains(&ior) {
             context.approximate(&source.place, format!("the index of refraction {ior} is taken as 1.5"));
             1.5
         } else {
