@@ -11,7 +11,7 @@ pub enum Activity {
     Building,
 }
 
-type Observer = Box<dyn Fn(Activity, f64)>;
+type Observer = Box<dyn FnMut(Activity, f64)>;
 
 thread_local! {
     static OBSERVER: RefCell<Option<Observer>> = const { RefCell::new(None) };
@@ -19,7 +19,7 @@ thread_local! {
 
 /// Does `work`, such as [`load`](crate::load()), and lets `observer` know from time to time what share of an activity is done, in [0, 1].
 /// There may be several of each kind. Where little is to be done nothing is told.
-pub fn observed<T>(observer: impl Fn(Activity, f64) + 'static, work: impl FnOnce() -> T) -> T {
+pub fn observed<T>(observer: impl FnMut(Activity, f64) + 'static, work: impl FnOnce() -> T) -> T {
     /// Puts the observer back that there was before, even if the work panics.
     struct Restore(Option<Observer>);
     impl Drop for Restore {
@@ -33,7 +33,7 @@ pub fn observed<T>(observer: impl Fn(Activity, f64) + 'static, work: impl FnOnce
 
 /// Tells who asked on this thread.
 pub(crate) fn report(activity: Activity, share: f64) {
-    OBSERVER.with_borrow(|observer| {
+    OBSERVER.with_borrow_mut(|observer| {
         if let Some(observer) = observer {
             observer(activity, share);
         }

@@ -134,13 +134,16 @@ fn offer(triangles: &[Triangle], couple: Couple) -> Option<(u32, Couple)> {
 
 /// A number for each edge, the same in whichever direction it runs; others hardly ever have it.
 fn edge_keys(triangle: &Triangle) -> [u64; 3] {
+    // Scattered by the finisher of SplitMix64: a sum of numbers that grow with coordinates would be that of many edges.
+    let scatter = |key: u64| {
+        let key = (key ^ key >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let key = (key ^ key >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        key ^ key >> 31
+    };
     // The sum takes the sign from zeros, which are equal.
-    let key = triangle.0.map(|p| {
-        p.to_array().iter().fold(0u64, |key, x| {
-            (key.rotate_left(23) ^ u64::from((x + 0.0).to_bits())).wrapping_mul(0x9e37_79b9_7f4a_7c15)
-        })
-    });
-    std::array::from_fn(|e| key[e].wrapping_add(key[(e + 1) % 3]))
+    let mix = |key: u64, x: f32| scatter(key.rotate_left(32) ^ u64::from((x + 0.0).to_bits()));
+    let keys = triangle.0.map(|p| p.to_array().into_iter().fold(1, mix));
+    std::array::from_fn(|e| keys[e].wrapping_add(keys[(e + 1) % 3]))
 }
 
 /// The edges (each by its first vertex) along which two triangles of the same winding meet.
