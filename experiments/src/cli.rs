@@ -252,7 +252,7 @@ fn execute(cli: &Cli) -> Result<Status, Error> {
     match cli.command.as_ref().unwrap_or(&default) {
         Command::Run(args) => run_command::run(args, verbosity, &signals()?),
         Command::Render(args) => render_command::render(args, verbosity, &signals()?),
-        Command::Scene(args) => scene_command::scene(args),
+        Command::Scene(args) => scene_command::scene(args, verbosity),
         Command::Convert(args) => convert_command::convert(args),
         Command::Diff(args) => diff_command::diff(args),
         Command::Bsdf(args) => bsdf::bsdf(args),

@@ -1,7 +1,8 @@
 //! A bar with the time left, on standard error and only on a terminal.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::time::Duration;
+use scenes::progress::Activity;
+use std::time::{Duration, Instant};
 
 /// Resolution of the bar.
 const STEPS: u64 = 10_000;
@@ -51,6 +52,33 @@ impl Progress {
         self.done += units;
         result
     }
+}
+
+/// Does `load`, and shows how far the reading of large files and the building of their trees are.
+pub fn while_loading<T>(verbosity: Verbosity, load: impl FnOnce() -> T) -> T {
+    /// What loads faster needs no bar.
+    const PATIENCE: Duration = Duration::from_secs(1);
+    let begun = Instant::now();
+    let mut shown: Option<(Activity, Progress)> = None;
+    let observer = move |activity: Activity, share: f64| {
+        if begun.elapsed() < PATIENCE {
+            return;
+        }
+        if shown.as_ref().is_none_or(|(before, _)| *before != activity) {
+            // The old bar goes before there is a new one.
+            shown = None;
+            let progress = Progress::new(1.0, verbosity);
+            progress.say(match activity {
+                Activity::Reading => "reading meshes".to_owned(),
+                Activity::Building => "building the tree".to_owned(),
+            });
+            shown = Some((activity, progress));
+        }
+        if let Some((_, progress)) = &shown {
+            progress.bar.set_position((share * STEPS as f64) as u64);
+        }
+    };
+    scenes::progress::observed(observer, load)
 }
 
 impl Drop for Progress {

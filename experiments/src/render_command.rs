@@ -8,7 +8,7 @@ use crate::export::exr::{ImageMeta, write_measurement};
 use crate::export::write_atomically;
 use crate::machine::{VERSION, require_memory};
 use crate::output;
-use crate::progress::{Progress, Verbosity};
+use crate::progress::{Progress, Verbosity, while_loading};
 use crate::settings;
 use crate::statistics_file::{Context, Seconds, Statistics};
 use crate::stop::Stop;
@@ -29,7 +29,7 @@ const DEFAULT_MAX_ORDER: usize = 8;
 /// # Errors
 /// If anything asked for is impossible: found out before any ray is traced, but for a disk that fills up.
 pub fn render(args: &RenderArgs, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
-    let job = Job::prepare(args)?;
+    let job = while_loading(verbosity, || Job::prepare(args))?;
     let pool = budget::pool(args.threads)?;
     let (measurement, status) = pool.install(|| job.run(verbosity, stop))?;
     let write = Instant::now();

@@ -7,7 +7,7 @@ use crate::export::exr::{ImageMeta, LayerSelection, write_measurement};
 use crate::export::png::write_contact_sheet;
 use crate::output::Folder;
 use crate::plan::Plan;
-use crate::progress::Verbosity;
+use crate::progress::{Verbosity, while_loading};
 use crate::record::{MANIFEST, StoredManifest};
 use crate::result::{AgreementRow, ExperimentResult, RatioRow, Verdict};
 use crate::source::Source;
@@ -24,7 +24,7 @@ pub fn run(args: &RunArgs, verbosity: Verbosity, stop: &Stop) -> Result<Status, 
     let started = SystemTime::now();
     let source = Source::open(&args.experiment)?;
     let experiment = changed(source.parse()?, args)?;
-    let mut plan = Plan::new(&source, experiment)?;
+    let mut plan = while_loading(verbosity, || Plan::new(&source, experiment))?;
     let path = args.out.clone().unwrap_or_else(|| PathBuf::from("results").join(&plan.name));
     let former = former_results(&path, &plan, args)?;
     let folder = Folder::open(&path)?;

@@ -2,6 +2,7 @@
 
 use crate::cli::{SceneArgs, print};
 use crate::error::{Error, Status};
+use crate::progress::{Verbosity, while_loading};
 use integrators::Methods;
 use scenes::import::translation::{Note, NoteKind};
 use scenes::{Crop, Needs, Scene, Skip};
@@ -49,9 +50,12 @@ struct Support {
 ///
 /// # Errors
 /// If the scene cannot be loaded.
-pub fn scene(args: &SceneArgs) -> Result<Status, Error> {
-    let (builder, found) = scenes::load::open_with_notes(&args.scene, None)?;
-    let scene = builder.build(Skip::Unneeded).map_err(|error| scenes::load::placed(error, &args.scene))?;
+pub fn scene(args: &SceneArgs, verbosity: Verbosity) -> Result<Status, Error> {
+    let (scene, found) = while_loading(verbosity, || {
+        let (builder, found) = scenes::load::open_with_notes(&args.scene, None)?;
+        let built = builder.build(Skip::Unneeded);
+        built.map(|scene| (scene, found)).map_err(|error| scenes::load::placed(error, &args.scene))
+    })?;
     let report = describe(&scene, &found)?;
     let text = match args.json {
         true => serde_json::to_string_pretty(&report).unwrap_or_default() + "\n",

@@ -132,6 +132,7 @@
 //!   1975.
 //! - `[Welford62]` B. P. Welford: *Note on a method for calculating corrected sums of squares and products*,
 //!   Technometrics 4(3), 1962.
+//! - `[Wald07]` I. Wald: *On fast construction of SAH-based bounding volume hierarchies*, IEEE Symposium on Interactive Ray Tracing, 2007.
 //! - `[Woop13]` S. Woop, C. Benthin, I. Wald: *Watertight ray/triangle intersection*, JCGT 2(1), 2013.
 
 pub mod alias;

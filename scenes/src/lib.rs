@@ -25,7 +25,7 @@
 //! 5. [`shape`] and `accel`: where surfaces are.
 //! 6. [`builder`] and [`needs`]: how a scene is made, and what it doesn't need.
 //! 7. [`mod@load`], [`description`], [`import`] and [`builtin`]: scenes by name or path, scene files, other formats, and the
-//!    scenes that come with the program.
+//!    scenes that come with the program; [`progress`] tells how far that is.
 //! 8. [`error`]: what can be wrong with a scene.
 
 mod accel;
@@ -40,6 +40,7 @@ pub mod interaction;
 pub mod load;
 pub mod material;
 pub mod needs;
+pub mod progress;
 pub mod ray;
 pub mod relief;
 pub mod scene;

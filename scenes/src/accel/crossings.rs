@@ -121,7 +121,7 @@ mod tests {
         let tree = Accel::build(&triangles, analytic, Vec3::ZERO, Skip::Nothing);
         let list = Accel { nodes: Vec::new(), ..tree.clone() };
         let alone: Vec<Accel> =
-            triangles.iter().map(|t| Accel::build([*t], Vec::new(), Vec3::ZERO, Skip::Unneeded)).collect();
+            triangles.iter().map(|t| Accel::build(&[*t], Vec::new(), Vec3::ZERO, Skip::Unneeded)).collect();
         let mut met = 0;
         for _ in 0..5000 {
             let (o, target) = (random.direction() * 2.0, random.direction() * random.next_1d());

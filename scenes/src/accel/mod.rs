@@ -10,6 +10,7 @@ mod block;
 mod crossings;
 mod instance;
 mod pairing;
+mod parting;
 mod query;
 mod traverse;
 mod tree;
@@ -21,6 +22,7 @@ use block::{Block, LANES, PAIRS};
 pub(crate) use crossings::Primitive;
 use glam::DVec3;
 pub(crate) use instance::{Instance, Prototype};
+use pairing::Pair;
 use query::{Query, dominant_axis};
 use sampling::{Vec2, Vec3};
 use tree::Node;
@@ -142,29 +144,28 @@ impl Best {
 }
 
 impl Accel {
-    /// Arranges triangles and analytic surfaces. `eye` is as far out as rays may start outside them. The triangles are let go of, if
-    /// they are given away, before most of the memory is taken.
-    pub fn build(triangles: impl AsRef<[Triangle]>, analytic: Vec<Analytic>, eye: Vec3, skip: Skip) -> Self {
-        let primitives = triangles.as_ref().len() + analytic.len();
-        let pairs = pairing::pair_up(triangles.as_ref());
-        drop(triangles);
+    /// Arranges triangles and analytic surfaces. `eye` is as far out as rays may start outside them.
+    pub fn build(triangles: &[Triangle], analytic: Vec<Analytic>, eye: Vec3, skip: Skip) -> Self {
+        let primitives = triangles.len() + analytic.len();
+        let accel = Accel { analytic, ..Accel::default() };
         if primitives > FEW || (skip == Skip::Nothing && primitives > 0) {
-            return tree::build(&pairs, Accel { analytic, ..Accel::default() }, eye);
+            return tree::build(triangles, accel, eye);
         }
+        let list: Vec<u32> = (0..triangles.len() as u32).collect();
+        let couples = pairing::pair_up(triangles, &list).into_iter();
+        let pairs: Vec<Pair> = couples.map(|couple| Pair::of(couple, triangles)).collect();
         let blocks = pairs.chunks(PAIRS).map(Block::new).collect();
-        Accel { blocks, analytic, ..Accel::default() }
+        Accel { blocks, ..accel }
     }
 
     /// The same with instances, of which there is at least one: always with a tree.
     pub fn build_with(
-        triangles: impl AsRef<[Triangle]>,
+        triangles: &[Triangle],
         analytic: Vec<Analytic>,
         (instances, prototypes): (Vec<Instance>, Vec<Prototype>),
         eye: Vec3,
     ) -> Self {
-        let pairs = pairing::pair_up(triangles.as_ref());
-        drop(triangles);
-        tree::build(&pairs, Accel { analytic, instances, prototypes, ..Accel::default() }, eye)
+        tree::build(triangles, Accel { analytic, instances, prototypes, ..Accel::default() }, eye)
     }
 
     /// How many instances there are.

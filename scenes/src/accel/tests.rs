@@ -68,6 +68,31 @@ fn a_list_and_a_tree_find_the_same_hits() {
     }
 }
 
+#[test]
+fn a_tree_built_in_parts_finds_the_same_hits() {
+    let mut random = Random::new(7);
+    let scattered = random_triangles(&mut random, 3000, 0.1);
+    let mut crowded = random_triangles(&mut random, 1000, 1e-6);
+    crowded.extend(random_triangles(&mut random, 20, 0.5));
+    let coincident = vec![scattered[0]; 500];
+    for triangles in [scattered, crowded, coincident] {
+        let analytic: Vec<Analytic> = (0..40).map(|i| random_analytic(&mut random, i)).collect();
+        let whole = Accel::build(&triangles, analytic.clone(), Vec3::ONE, Skip::Unneeded);
+        let parted = tree::build_in_parts(&triangles, Accel { analytic, ..Accel::default() }, Vec3::ONE, 50);
+        let mut met = 0;
+        for _ in 0..20_000 {
+            let mut ray = Ray::new(random.direction() * 2.0 * random.next_1d(), random.direction());
+            let (a, b) = (whole.closest(&ray), parted.closest(&ray));
+            assert!(same(&a, &b), "{} triangles, {ray:?}: {a:?} {b:?}", triangles.len());
+            met += usize::from(a.is_some());
+            ray.t_max = random.next_1d();
+            assert_eq!(whole.any(&ray), parted.any(&ray), "{ray:?}");
+        }
+        assert!(met > 1000);
+        assert!(parted.depth <= tree::DEEPEST);
+    }
+}
+
 /// The slow way, in `f64` and by a different formula: the first hit's parameter, and how near a ray passed to an edge.
 fn oracle(triangles: &[Triangle], ray: &Ray) -> (f64, f64) {
     let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
@@ -194,7 +219,7 @@ fn a_deep_tree_is_still_searched() {
 #[test]
 fn a_triangle_seen_edge_on_is_not_met() {
     let triangles = [Triangle([vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0)])];
-    let accel = Accel::build(triangles, Vec::new(), Vec3::ZERO, Skip::Unneeded);
+    let accel = Accel::build(&triangles, Vec::new(), Vec3::ZERO, Skip::Unneeded);
     for d in [Vec3::X, Vec3::Y, vec3(0.6, 0.8, 0.0)] {
         assert!(accel.closest(&Ray::new(vec3(-1.0, 0.2, 0.0), d)).is_none());
     }
@@ -204,7 +229,7 @@ fn a_triangle_seen_edge_on_is_not_met() {
 fn spheres_are_met_from_outside_and_inside_at_any_distance() {
     for (radius, distance) in [(1.0f32, 3.0f32), (1e-3, 100.0), (1e-6, 1.0), (1e5, 2e5)] {
         let spheres = vec![Analytic::Sphere(Sphere { center: vec3(0.0, 0.0, -distance), radius, flipped: false })];
-        let accel = Accel::build([], spheres, Vec3::ZERO, Skip::Unneeded);
+        let accel = Accel::build(&[], spheres, Vec3::ZERO, Skip::Unneeded);
         let from_outside = accel.closest(&Ray::new(Vec3::ZERO, -Vec3::Z));
         let Some(Hit::Analytic { t, at, .. }) = from_outside else { panic!("missed {radius} at {distance}") };
         assert!((t - (distance - radius)).abs() <= 4.0 * UNIT * distance && at.ng.dot(Vec3::Z) > 0.999);

@@ -1,9 +1,12 @@
 //! A tree with four children a node, collapsed from the binary tree that `obvhs` builds.
 
 use super::block::{Block, PAIRS};
-use super::pairing::Pair;
+use super::pairing::{Couple, Pair, pair_up};
+use super::parting::{Items, cut};
 use super::{Accel, Instance};
+use crate::progress::{self, Activity};
 use crate::ray::UNIT_ROUNDOFF;
+use crate::shape::Triangle;
 use glam::{Vec3A, Vec4};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -41,33 +44,124 @@ const SHAPED_LEVELS: usize = 48;
 /// No tree has more levels: those cut into equal parts hold four times as many primitives each.
 pub(super) const DEEPEST: usize = SHAPED_LEVELS + 16;
 
-/// Builds the tree over at least one primitive: the pairs, and what `accel` holds already.
-pub(super) fn build(pairs: &[Pair], accel: Accel, eye: Vec3) -> Accel {
-    let boxes = boxes_of(pairs, &accel);
-    let groups = Groups::of(&boxes);
-    let binary = match groups.len() == boxes.len() {
-        true => build_binary(&boxes),
-        false => build_binary(&groups.iter().map(|group| boxes[group[0] as usize]).collect::<Vec<_>>()),
-    };
-    let extent = boxes.iter().fold(eye.abs().max_element(), |extent, aabb| {
-        extent.max(aabb.min.abs().max_element()).max(aabb.max.abs().max_element())
-    });
-    let mut collapse = Collapse {
-        binary: &binary,
-        groups: &groups,
-        pairs,
-        boxes: &boxes,
-        sizes: vec![0; binary.nodes.len()],
-        // Shearing moves vertices by a few roundings of their distance to the ray's origin: boxes must hold them still.
-        padding: Vec3A::splat(8.0 * UNIT_ROUNDOFF * extent),
-        accel,
-    };
-    collapse.measure(0);
-    // The root of the wide tree is node 0; a tree of one leaf gets a root with one child.
-    collapse.accel.nodes.push(Node::empty());
-    let opened = if binary.nodes[0].is_leaf() || collapse.leaf(0) { vec![0] } else { collapse.open(0) };
-    collapse.fill(0, &opened, 1);
-    collapse.accel
+/// Up to this many triangles and other surfaces are put in the tree at once.
+const WHOLE: usize = 1 << 18;
+
+/// Builds the tree over at least one primitive: the triangles, and what `accel` holds already.
+///
+/// A tree takes several times the memory while it is built than when it is done; so many primitives are cut into parts first, whose
+/// trees are built one after the other.
+pub(super) fn build(triangles: &[Triangle], accel: Accel, eye: Vec3) -> Accel {
+    let count = triangles.len() + accel.analytic.len() + accel.instances.len();
+    let most = if count <= WHOLE { WHOLE } else { (count / 16).clamp(1 << 16, 1 << 20) };
+    build_in_parts(triangles, accel, eye, most)
+}
+
+/// The same in parts of so many primitives at the most.
+pub(super) fn build_in_parts(triangles: &[Triangle], accel: Accel, eye: Vec3, most: usize) -> Accel {
+    let items = Items { triangles, singles: singles_of(&accel) };
+    let mut order: Vec<u32> = (0..items.len() as u32).collect();
+    let all = items.bounds(&order);
+    let extent = eye.abs().max_element().max(all.min.abs().max_element()).max(all.max.abs().max_element());
+    // Shearing moves vertices by a few roundings of their distance to the ray's origin: boxes must hold them still.
+    let padding = Vec3A::splat(8.0 * UNIT_ROUNDOFF * extent);
+    let mut tree = Tree { items: &items, most, padding, done: 0, accel };
+    tree.grow(&mut order, 1);
+    tree.accel
+}
+
+/// The tree as far as it has been built.
+struct Tree<'a> {
+    items: &'a Items<'a>,
+    most: usize,
+    padding: Vec3A,
+    /// How many items are in it.
+    done: usize,
+    accel: Accel,
+}
+
+impl Tree<'_> {
+    /// Adds a wide node over some items, with all below it, and returns it with its box.
+    fn grow(&mut self, list: &mut [u32], depth: usize) -> (Child, Aabb) {
+        if list.len() <= self.most {
+            return self.grow_part(list, depth);
+        }
+        self.accel.depth = self.accel.depth.max(depth);
+        let wide = self.new_node();
+        let middle = cut(self.items, list);
+        let (low, high) = list.split_at_mut(middle);
+        let (at_low, at_high) = (cut(self.items, low), cut(self.items, high));
+        let (first, second) = low.split_at_mut(at_low);
+        let (third, fourth) = high.split_at_mut(at_high);
+        let mut bounds = Aabb::INVALID;
+        for (lane, quarter) in [first, second, third, fourth].into_iter().enumerate() {
+            let (child, aabb) = self.grow(quarter, depth + 1);
+            self.place(wide, lane, child, &aabb);
+            bounds = bounds.union(&aabb);
+        }
+        (wide as Child, bounds)
+    }
+
+    fn grow_part(&mut self, list: &[u32], depth: usize) -> (Child, Aabb) {
+        let part = Part::of(self.items, list);
+        let groups = Groups::of(&part.boxes);
+        let binary = match groups.len() == part.boxes.len() {
+            true => build_binary(&part.boxes),
+            false => build_binary(&groups.iter().map(|group| part.boxes[group[0] as usize]).collect::<Vec<_>>()),
+        };
+        let bounds = *binary.nodes[0].aabb();
+        let sizes = vec![0; binary.nodes.len()];
+        let mut collapse = Collapse { binary: &binary, groups: &groups, part: &part, sizes, tree: self };
+        collapse.measure(0);
+        let wide = collapse.tree.new_node();
+        // A tree of one leaf gets a root with one child.
+        let opened = if binary.nodes[0].is_leaf() || collapse.leaf(0) { vec![0] } else { collapse.open(0) };
+        collapse.fill(wide, &opened, depth);
+        self.done += list.len();
+        progress::report(Activity::Building, self.done as f64 / self.items.len() as f64);
+        (wide as Child, bounds)
+    }
+
+    fn new_node(&mut self) -> usize {
+        self.accel.nodes.push(Node::empty());
+        self.accel.nodes.len() - 1
+    }
+
+    fn place(&mut self, wide: usize, lane: usize, child: Child, aabb: &Aabb) {
+        let (low, high) = (aabb.min - self.padding, aabb.max + self.padding);
+        let node = &mut self.accel.nodes[wide];
+        node.children[lane] = child;
+        for axis in 0..3 {
+            node.planes[axis][0][lane] = low[axis];
+            node.planes[axis][1][lane] = high[axis];
+        }
+    }
+}
+
+/// What is built together: couples of triangles, and behind them other surfaces.
+struct Part<'a> {
+    items: &'a Items<'a>,
+    couples: Vec<Couple>,
+    /// The numbers of the others among those of all.
+    singles: Vec<u32>,
+    boxes: Vec<Aabb>,
+}
+
+impl<'a> Part<'a> {
+    fn of(items: &'a Items, list: &[u32]) -> Self {
+        // Numbers ascend in a list.
+        let (triangles, others) = list.split_at(list.partition_point(|&item| (item as usize) < items.triangles.len()));
+        let couples = pair_up(items.triangles, triangles);
+        let singles: Vec<u32> = others.iter().map(|&item| item - items.triangles.len() as u32).collect();
+        let of = |couple: &Couple| {
+            let (low, high) = Pair::of(*couple, items.triangles).extent();
+            Aabb::new(low.into(), high.into())
+        };
+        let mut boxes = Vec::with_capacity(couples.len() + singles.len());
+        boxes.par_extend(couples.par_iter().map(of));
+        boxes.extend(singles.iter().map(|&single| items.singles[single as usize]));
+        Part { items, couples, singles, boxes }
+    }
 }
 
 /// Primitives with the very same box, together: the builder would need quadratic time for many of them.
@@ -124,10 +218,10 @@ fn build_binary(boxes: &[Aabb]) -> Bvh2 {
     binary
 }
 
-fn boxes_of(pairs: &[Pair], accel: &Accel) -> Vec<Aabb> {
+/// The boxes of analytic surfaces and instances, in this order.
+fn singles_of(accel: &Accel) -> Vec<Aabb> {
     let of = |(low, high): (Vec3, Vec3)| Aabb::new(low.into(), high.into());
-    let mut boxes: Vec<Aabb> = pairs.par_iter().map(|pair| of(pair.extent())).collect();
-    boxes.extend(accel.analytic.iter().map(|surface| of(surface.extent())));
+    let mut boxes: Vec<Aabb> = accel.analytic.iter().map(|surface| of(surface.extent())).collect();
     let prototype = |instance: &Instance| &accel.prototypes[instance.prototype as usize];
     boxes.extend(accel.instances.iter().map(|instance| of(prototype(instance).extent(&instance.to_world))));
     boxes
@@ -140,18 +234,16 @@ impl Node {
     }
 }
 
-struct Collapse<'a> {
+struct Collapse<'a, 'b, 'c> {
     binary: &'a Bvh2,
     groups: &'a Groups,
-    pairs: &'a [Pair],
-    boxes: &'a [Aabb],
+    part: &'a Part<'a>,
     /// Number of pairs under each binary node; more than a block holds if one of them is none.
     sizes: Vec<u32>,
-    padding: Vec3A,
-    accel: Accel,
+    tree: &'b mut Tree<'c>,
 }
 
-impl Collapse<'_> {
+impl Collapse<'_, '_, '_> {
     /// The primitives of a binary leaf.
     fn primitives(&self, index: usize) -> &[u32] {
         let node = &self.binary.nodes[index];
@@ -174,7 +266,7 @@ impl Collapse<'_> {
             let node = &self.binary.nodes[index];
             self.sizes[index] = if node.is_leaf() {
                 let primitives = self.primitives(index);
-                let single = primitives.iter().any(|&p| p as usize >= self.pairs.len());
+                let single = primitives.iter().any(|&p| p as usize >= self.part.couples.len());
                 if single { PAIRS as u32 + 1 } else { primitives.len() as u32 }
             } else {
                 let first = node.first_index as usize;
@@ -207,53 +299,38 @@ impl Collapse<'_> {
 
     /// Gives a wide node its children, all the way down.
     fn fill(&mut self, wide: usize, opened: &[usize], depth: usize) {
-        self.accel.depth = self.accel.depth.max(depth);
+        self.tree.accel.depth = self.tree.accel.depth.max(depth);
         for (lane, &index) in opened.iter().enumerate() {
             let child = if self.leaf(index) {
                 let primitives = self.gather(index);
                 self.emit_leaf(&primitives)
-            } else if depth == SHAPED_LEVELS || self.binary.nodes[index].is_leaf() {
+            } else if depth >= SHAPED_LEVELS || self.binary.nodes[index].is_leaf() {
                 let primitives = self.gather(index);
                 self.cut_evenly(&primitives, depth + 1)
             } else {
-                let child = self.new_node();
+                let child = self.tree.new_node();
                 let below = self.open(index);
                 self.fill(child, &below, depth + 1);
                 child as Child
             };
-            self.place(wide, lane, child, self.binary.nodes[index].aabb());
+            self.tree.place(wide, lane, child, self.binary.nodes[index].aabb());
         }
     }
 
     /// A child over these primitives, which are shared out in the order they come in.
     fn cut_evenly(&mut self, primitives: &[u32], depth: usize) -> Child {
-        let fits = primitives.len() <= PAIRS && primitives.iter().all(|&p| (p as usize) < self.pairs.len());
+        let fits = primitives.len() <= PAIRS && primitives.iter().all(|&p| (p as usize) < self.part.couples.len());
         if fits || primitives.len() == 1 {
             return self.emit_leaf(primitives);
         }
-        self.accel.depth = self.accel.depth.max(depth);
-        let wide = self.new_node();
+        self.tree.accel.depth = self.tree.accel.depth.max(depth);
+        let wide = self.tree.new_node();
         for (lane, part) in primitives.chunks(primitives.len().div_ceil(WIDTH)).enumerate() {
             let child = self.cut_evenly(part, depth + 1);
-            let aabb = part.iter().fold(Aabb::INVALID, |aabb, &p| aabb.union(&self.boxes[p as usize]));
-            self.place(wide, lane, child, &aabb);
+            let aabb = part.iter().fold(Aabb::INVALID, |aabb, &p| aabb.union(&self.part.boxes[p as usize]));
+            self.tree.place(wide, lane, child, &aabb);
         }
         wide as Child
-    }
-
-    fn new_node(&mut self) -> usize {
-        self.accel.nodes.push(Node::empty());
-        self.accel.nodes.len() - 1
-    }
-
-    fn place(&mut self, wide: usize, lane: usize, child: Child, aabb: &Aabb) {
-        let (low, high) = (aabb.min - self.padding, aabb.max + self.padding);
-        let node = &mut self.accel.nodes[wide];
-        node.children[lane] = child;
-        for axis in 0..3 {
-            node.planes[axis][0][lane] = low[axis];
-            node.planes[axis][1][lane] = high[axis];
-        }
     }
 
     /// The primitives under a binary node.
@@ -274,16 +351,18 @@ impl Collapse<'_> {
     /// Lays down pairs of triangles as a block, or one analytic surface or instance.
     fn emit_leaf(&mut self, primitives: &[u32]) -> Child {
         if let [only] = *primitives
-            && only as usize >= self.pairs.len()
+            && only as usize >= self.part.couples.len()
         {
-            let (single, analytic) = (only - self.pairs.len() as u32, self.accel.analytic.len() as u32);
+            let single = self.part.singles[only as usize - self.part.couples.len()];
+            let analytic = self.tree.accel.analytic.len() as u32;
             return match single.checked_sub(analytic) {
                 None => LEAF | SINGLE | single,
                 Some(instance) => LEAF | SINGLE | INSTANCE | instance,
             };
         }
-        let pairs: Vec<Pair> = primitives.iter().map(|&pair| self.pairs[pair as usize]).collect();
-        self.accel.blocks.push(Block::new(&pairs));
-        LEAF | (self.accel.blocks.len() - 1) as Child
+        let pair = |&pair: &u32| Pair::of(self.part.couples[pair as usize], self.part.items.triangles);
+        let pairs: Vec<Pair> = primitives.iter().map(pair).collect();
+        self.tree.accel.blocks.push(Block::new(&pairs));
+        LEAF | (self.tree.accel.blocks.len() - 1) as Child
     }
 }

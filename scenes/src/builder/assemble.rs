@@ -30,6 +30,7 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
     let mut parts = Parts {
         materials: materials(&builder.materials, shift, skip),
         material_names: std::mem::take(&mut builder.material_names),
+        varies: builder.materials.iter().map(|material| material.varying().is_some()).collect(),
         ..Parts::default()
     };
     for shape in direct {

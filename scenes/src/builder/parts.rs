@@ -17,6 +17,7 @@ use crate::shape::{
 use crate::subsurface::{self, Places};
 use crate::surface::{AnalyticInfo, Attributes, Chart, SphereChart, Surface, TriangleInfo, derivatives};
 use glam::{DAffine3, DVec3};
+use rayon::prelude::*;
 use sampling::bsdf::Lobes;
 use sampling::{Vec2, Vec3};
 use std::ops::Range;
@@ -29,6 +30,8 @@ const FARTHEST: f32 = 1e15;
 pub(super) struct Parts {
     pub materials: Vec<Material>,
     pub material_names: Vec<MaterialName>,
+    /// Whether a material varies as it was given.
+    pub varies: Vec<bool>,
     pub triangles: Vec<Triangle>,
     pub infos: Vec<TriangleInfo>,
     pub analytic: Vec<Analytic>,
@@ -139,9 +142,11 @@ impl Parts {
             }
             Geometry::Quad { origin, edge_u, edge_v } => {
                 let positions = vec![origin, origin + edge_u, origin + edge_u + edge_v, origin + edge_v];
+                // Whether it varies is asked of what was given, so that no skip changes what there is.
+                let varies = self.varies[material.0 as usize];
                 let material = &self.materials[material.0 as usize];
                 let shines = emission.is_some_and(|emission| emission.radiance.needs_uv());
-                let uvs = match material.varying().is_some() || material.needs_derivatives() || shines {
+                let uvs = match varies || material.needs_derivatives() || shines {
                     true => vec![Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y],
                     false => Vec::new(),
                 };
@@ -170,16 +175,16 @@ impl Parts {
     fn add_mesh(&mut self, mesh: BakedMesh) -> Range<usize> {
         let surface = self.surfaces.len() as u32;
         let first = self.triangles.len();
-        self.triangles.extend((0..mesh.triangles.len()).map(|index| mesh.triangle(index)));
-        let residuals = self.triangles[first..].iter().map(Triangle::residual);
-        self.infos.extend(mesh.fronts.iter().zip(residuals).map(|(&ng, residual)| TriangleInfo {
-            ng,
-            residual,
-            surface,
-        }));
-        self.degenerate += mesh.degenerate;
-        if !mesh.normals.is_empty() || !mesh.uvs.is_empty() || !mesh.colours.is_empty() {
-            let BakedMesh { triangles, normals, uvs, colours, .. } = mesh;
+        let BakedMesh { positions, triangles, fronts, normals, uvs, colours, degenerate } = mesh;
+        self.triangles.reserve_exact(triangles.len());
+        self.triangles.par_extend(triangles.par_iter().map(|t| Triangle(t.map(|vertex| positions[vertex as usize]))));
+        // Each list goes as soon as the next one holds what is needed of it: meshes are large.
+        drop(positions);
+        let info = |(triangle, ng): (&Triangle, Vec3)| TriangleInfo { ng, residual: triangle.residual(), surface };
+        self.infos.reserve_exact(triangles.len());
+        self.infos.par_extend(self.triangles[first..].par_iter().zip(fronts).map(info));
+        self.degenerate += degenerate;
+        if !normals.is_empty() || !uvs.is_empty() || !colours.is_empty() {
             let derivatives = Vec::new();
             self.attributes.push(Attributes { first: first as u32, triangles, normals, uvs, colours, derivatives });
         }
@@ -252,10 +257,11 @@ impl Parts {
 
     /// Arranges everything for rays. What is where it is, is let go of.
     pub fn take_accel(&mut self, eye: Vec3, skip: Skip) -> Accel {
-        let ends = (self.direct().0.len(), self.direct().1.len());
-        let (mut triangles, mut analytic) = (std::mem::take(&mut self.triangles), std::mem::take(&mut self.analytic));
-        triangles.truncate(ends.0);
-        analytic.truncate(ends.1);
+        let (triangles, analytic) = (self.direct().0.len(), self.direct().1.len());
+        self.analytic.truncate(analytic);
+        let analytic = std::mem::take(&mut self.analytic);
+        let all = std::mem::take(&mut self.triangles);
+        let triangles = &all[..triangles];
         let (instances, prototypes) = (std::mem::take(&mut self.instances), std::mem::take(&mut self.prototypes));
         match instances.is_empty() {
             true => Accel::build(triangles, analytic, eye, skip),

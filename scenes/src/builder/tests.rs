@@ -260,3 +260,14 @@ fn tangents_run_along_u() {
     });
     assert!(tangent.y.abs() < 1e-6, "{tangent}");
 }
+
+#[test]
+fn the_hash_does_not_depend_on_what_is_skipped() {
+    let (mut builder, grey) = grey_builder("skips");
+    builder.quad(DVec3::ZERO, DVec3::X, DVec3::Y, grey);
+    builder.sphere(DVec3::Z, 0.2, grey);
+    let checked = builder.material(Material::lambert(ramp_z(Spectrum::splat(0.1), Spectrum::splat(0.2))));
+    builder.quad(DVec3::Z, DVec3::X, DVec3::Y, checked);
+    let hashes = [Skip::Unneeded, Skip::Nothing].map(|skip| builder.clone().build(skip).unwrap().hash);
+    assert_eq!(hashes[0], hashes[1]);
+}

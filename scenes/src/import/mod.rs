@@ -7,6 +7,7 @@
 //! camera for a file that has none.
 
 pub mod appearance;
+mod faces;
 pub mod gltf;
 pub mod mitsuba;
 pub mod mtl;

@@ -12,9 +12,11 @@ mod body;
 mod header;
 pub mod write;
 
+use std::ops::Range;
 use std::path::Path;
 
 use glam::DVec3;
+use rayon::prelude::*;
 use sampling::math::Spectrum;
 use sampling::{Vec2, Vec3};
 
@@ -22,6 +24,7 @@ use super::{polygon, viewpoint};
 use crate::builder::{MeshData, SceneBuilder};
 use crate::error::SceneError;
 use crate::material::Material;
+use crate::progress::{self, Activity};
 use crate::texture::{Encoding, Texture};
 use body::{Body, Fault};
 use header::{Element, Header, Kind, Scalar};
@@ -84,14 +87,15 @@ pub fn scene(path: &Path, name: &str, size: Option<(u32, u32)>) -> Result<SceneB
 pub(crate) fn read(bytes: &[u8]) -> Result<Model, SceneError> {
     let header = Header::read(bytes)?;
     let mut body = Body { rest: &bytes[header.length..], format: header.format };
+    let at = |left: usize| progress::report(Activity::Reading, 1.0 - left as f64 / bytes.len() as f64);
     let mut mesh = MeshData::default();
     for element in &header.elements {
         body.check_size(element)?;
         match element.name.as_str() {
-            "vertex" if mesh.positions.is_empty() => read_vertices(element, &mut body, &mut mesh)?,
+            "vertex" if mesh.positions.is_empty() => read_vertices(element, &mut body, &mut mesh, at)?,
             "vertex" => return Err(element.error("a second list of vertices", "keep one")),
-            "face" => read_lists(element, &mut body, &mut mesh, add_polygon)?,
-            "tristrips" => read_lists(element, &mut body, &mut mesh, add_strips)?,
+            "face" => read_lists(element, &mut body, &mut mesh, at, add_polygon)?,
+            "tristrips" => read_lists(element, &mut body, &mut mesh, at, add_strips)?,
             _ => body.skip(element)?,
         }
     }
@@ -103,7 +107,12 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Model, SceneError> {
     Ok(Model { mesh, notes: note.into_iter().collect() })
 }
 
-fn read_vertices(element: &Element, body: &mut Body, mesh: &mut MeshData) -> Result<(), SceneError> {
+fn read_vertices(
+    element: &Element,
+    body: &mut Body,
+    mesh: &mut MeshData,
+    at: impl Fn(usize),
+) -> Result<(), SceneError> {
     let place = |property: &header::Property| {
         let slot = SLOTS.iter().position(|names| names.contains(&property.name.as_str()))?;
         matches!(property.kind, Kind::Scalar(_)).then_some(slot)
@@ -117,16 +126,38 @@ fn read_vertices(element: &Element, body: &mut Body, mesh: &mut MeshData) -> Res
         return Err(element.error("there are more than 2³² vertices", "divide the file"));
     }
     let (normals, uvs, colours) = (has(3..6), has(6..8), has(8..11));
+    let layout = Layout { places, normals, uvs, colours };
     // That the file holds so many has been checked.
     let count = element.count as usize;
     mesh.positions.reserve_exact(count);
-    mesh.normals.reserve_exact(if normals { count } else { 0 });
-    mesh.uvs.reserve_exact(if uvs { count } else { 0 });
-    mesh.colours.reserve_exact(if colours { count } else { 0 });
+    mesh.normals.reserve_exact(if layout.normals { count } else { 0 });
+    mesh.uvs.reserve_exact(if layout.uvs { count } else { 0 });
+    mesh.colours.reserve_exact(if layout.colours { count } else { 0 });
+    let read = |range, body| read_run(element, &layout, range, body);
+    let join = |mut run: MeshData| {
+        mesh.positions.append(&mut run.positions);
+        mesh.normals.append(&mut run.normals);
+        mesh.uvs.append(&mut run.uvs);
+        mesh.colours.append(&mut run.colours);
+    };
+    body.read_runs(element, read, join, at)
+}
+
+/// What there is of vertices.
+struct Layout {
+    /// Where each property goes among the values that are read.
+    places: Vec<Option<usize>>,
+    normals: bool,
+    uvs: bool,
+    colours: bool,
+}
+
+fn read_run(element: &Element, layout: &Layout, range: Range<u64>, mut body: Body) -> Result<MeshData, SceneError> {
+    let mut mesh = MeshData::default();
     let mut values = [0.0f64; SLOTS.len()];
-    for index in 0..element.count {
+    for index in range {
         let mut vertex = || -> Result<(), Fault> {
-            for (property, place) in element.properties.iter().zip(&places) {
+            for (property, place) in element.properties.iter().zip(&layout.places) {
                 match (property.kind, place) {
                     (Kind::Scalar(scalar), Some(slot)) => {
                         values[*slot] = colour_share(scalar, *slot, body.scalar(scalar)?);
@@ -143,18 +174,18 @@ fn read_vertices(element: &Element, body: &mut Body, mesh: &mut MeshData) -> Res
         vertex().map_err(|fault| element.fault(index, fault))?;
         let [x, y, z, nx, ny, nz, u, v, r, g, b] = values;
         mesh.positions.push(DVec3::new(x, y, z));
-        if normals {
+        if layout.normals {
             // What is not a number stands for none.
             mesh.normals.push(DVec3::new(nx, ny, nz).normalize_or_zero().as_vec3());
         }
-        if uvs {
+        if layout.uvs {
             mesh.uvs.push(Vec2::new(u as f32, v as f32));
         }
-        if colours {
+        if layout.colours {
             mesh.colours.push(Spectrum::new(r as f32, g as f32, b as f32));
         }
     }
-    Ok(())
+    Ok(mesh)
 }
 
 /// A value as it is; one of a colour that is a whole number is an sRGB share of the greatest of its kind.
@@ -170,7 +201,8 @@ fn read_lists(
     element: &Element,
     body: &mut Body,
     mesh: &mut MeshData,
-    add: fn(&[i64], &mut MeshData) -> Result<(), Fault>,
+    at: impl Fn(usize),
+    add: fn(&[i64], &[DVec3], &mut Vec<[u32; 3]>) -> Result<(), Fault>,
 ) -> Result<(), SceneError> {
     if element.count > 0 && mesh.positions.is_empty() {
         return Err(element.error("there are no vertices before them", "put the element `vertex` first"));
@@ -186,23 +218,25 @@ fn read_lists(
             "add `property list uchar int vertex_indices`",
         ));
     };
-    let before = mesh.triangles.len();
-    mesh.triangles.reserve(if element.name == "face" { element.count as usize } else { 0 });
-    let mut corners = Vec::new();
-    for index in 0..element.count {
-        let mut face = || -> Result<(), Fault> {
-            for (place, property) in element.properties.iter().enumerate() {
-                match property.kind {
-                    Kind::List { count, item } if place == wanted => body.list(count, item, &mut corners)?,
-                    kind => body.skip_value(kind)?,
+    let MeshData { positions, triangles, .. } = mesh;
+    triangles.reserve(if element.name == "face" { element.count as usize } else { 0 });
+    let read = |range: Range<u64>, mut body: Body| {
+        let (mut corners, mut run) = (Vec::new(), Vec::new());
+        for index in range {
+            let mut face = || -> Result<(), Fault> {
+                for (place, property) in element.properties.iter().enumerate() {
+                    match property.kind {
+                        Kind::List { count, item } if place == wanted => body.list(count, item, &mut corners)?,
+                        kind => body.skip_value(kind)?,
+                    }
                 }
-            }
-            add(&corners, mesh)
-        };
-        face().map_err(|fault| element.fault(index, fault))?;
-    }
-    debug_assert!(mesh.triangles.len() >= before);
-    Ok(())
+                add(&corners, positions, &mut run)
+            };
+            face().map_err(|fault| element.fault(index, fault))?;
+        }
+        Ok(run)
+    };
+    body.read_runs(element, read, |mut run| triangles.append(&mut run), at)
 }
 
 /// The vertex of an index.
@@ -213,30 +247,30 @@ fn vertex(index: i64, vertices: usize) -> Result<u32, Fault> {
     Err(Fault::new(format!("there is no vertex {index}"), format!("the file has {vertices}, counted from 0")))
 }
 
-fn add_polygon(corners: &[i64], mesh: &mut MeshData) -> Result<(), Fault> {
-    let vertices = mesh.positions.len();
+fn add_polygon(corners: &[i64], positions: &[DVec3], triangles: &mut Vec<[u32; 3]>) -> Result<(), Fault> {
+    let vertices = positions.len();
     if let &[a, b, c] = corners {
-        mesh.triangles.push([vertex(a, vertices)?, vertex(b, vertices)?, vertex(c, vertices)?]);
+        triangles.push([vertex(a, vertices)?, vertex(b, vertices)?, vertex(c, vertices)?]);
         return Ok(());
     }
     if corners.len() < 3 {
         return Err(Fault::new(format!("it has {} corners", corners.len()), "a face has at least 3"));
     }
     let corners: Vec<u32> = corners.iter().map(|&corner| vertex(corner, vertices)).collect::<Result<_, _>>()?;
-    let points: Vec<DVec3> = corners.iter().map(|&corner| mesh.positions[corner as usize]).collect();
-    mesh.triangles.extend(polygon::triangulate(&points).map(|triangle| triangle.map(|i| corners[i])));
+    let points: Vec<DVec3> = corners.iter().map(|&corner| positions[corner as usize]).collect();
+    triangles.extend(polygon::triangulate(&points).map(|triangle| triangle.map(|i| corners[i])));
     Ok(())
 }
 
 /// Every other triangle of a strip is wound the other way; those with a vertex twice only turn it.
-fn add_strips(corners: &[i64], mesh: &mut MeshData) -> Result<(), Fault> {
-    let vertices = mesh.positions.len();
+fn add_strips(corners: &[i64], positions: &[DVec3], triangles: &mut Vec<[u32; 3]>) -> Result<(), Fault> {
+    let vertices = positions.len();
     for strip in corners.split(|&corner| corner == -1) {
         strip.iter().try_for_each(|&corner| vertex(corner, vertices).map(|_| ()))?;
         for (i, triple) in strip.windows(3).enumerate() {
             let [a, b, c] = [triple[0] as u32, triple[1] as u32, triple[2] as u32];
             if a != b && b != c && c != a {
-                mesh.triangles.push(if i % 2 == 0 { [a, b, c] } else { [b, a, c] });
+                triangles.push(if i % 2 == 0 { [a, b, c] } else { [b, a, c] });
             }
         }
     }
@@ -249,16 +283,12 @@ fn turn_to_normals(mesh: &mut MeshData) -> usize {
     if normals.is_empty() {
         return 0;
     }
-    let mut turned = 0;
-    for triangle in triangles {
+    let faces_back = |triangle: &&mut [u32; 3]| {
         let [a, b, c] = triangle.map(|corner| positions[corner as usize]);
         let normal: Vec3 = triangle.iter().map(|&corner| normals[corner as usize]).sum();
-        if (b - a).cross(c - a).dot(normal.as_dvec3()) < 0.0 {
-            triangle.swap(1, 2);
-            turned += 1;
-        }
-    }
-    turned
+        (b - a).cross(c - a).dot(normal.as_dvec3()) < 0.0
+    };
+    triangles.par_iter_mut().filter(faces_back).map(|triangle| triangle.swap(1, 2)).count()
 }
 
 #[cfg(test)]

@@ -90,27 +90,33 @@ impl MeshData {
 ///
 /// The front is the image of the front: a mirroring transform turns the winding over, which is put back here.
 pub(crate) fn bake_mesh(mut mesh: MeshData, transform: &DAffine3, flipped: bool, shift: DVec3) -> BakedMesh {
-    let positions: Vec<Vec3> =
-        mesh.positions.par_iter().map(|&p| (transform.transform_point3(p) - shift).as_vec3()).collect();
+    let given = std::mem::take(&mut mesh.positions);
+    let positions: Vec<Vec3> = given.par_iter().map(|&p| (transform.transform_point3(p) - shift).as_vec3()).collect();
+    drop(given);
     let turned = flipped != (transform.matrix3.determinant() < 0.0);
-    let mut triangles = std::mem::take(&mut mesh.triangles);
+    let MeshData { mut triangles, normals, uvs, colours, .. } = mesh;
     if turned {
         triangles.par_iter_mut().for_each(|t| t.swap(1, 2));
     }
-    let front_of = |t: &[u32; 3]| Triangle(t.map(|vertex| positions[vertex as usize])).normal();
+    // The normal of a triangle without area stands as zero until all are there.
+    let front_of = |t: &[u32; 3]| Triangle(t.map(|vertex| positions[vertex as usize])).normal().unwrap_or(Vec3::ZERO);
+    let mut fronts: Vec<Vec3> = triangles.par_iter().map(front_of).collect();
     let all = triangles.len();
-    let (triangles, fronts): (Vec<_>, Vec<_>) =
-        triangles.into_par_iter().filter_map(|t| front_of(&t).map(|front| (t, front))).unzip();
-    let normals = transform_normals(std::mem::take(&mut mesh.normals), &transform.matrix3);
-    let MeshData { uvs, colours, .. } = mesh;
+    if fronts.par_iter().any(|front| *front == Vec3::ZERO) {
+        let mut kept = fronts.iter().map(|front| *front != Vec3::ZERO);
+        triangles.retain(|_| kept.next().unwrap_or(false));
+        fronts.retain(|front| *front != Vec3::ZERO);
+    }
+    let normals = transform_normals(normals, &transform.matrix3);
     BakedMesh { degenerate: all - triangles.len(), positions, triangles, fronts, normals, uvs, colours }
 }
 
 /// Normals are covectors: they go with the inverse transpose, whose sign keeps them on the image of their side.
-fn transform_normals(normals: Vec<Vec3>, matrix: &DMat3) -> Vec<Vec3> {
+fn transform_normals(mut normals: Vec<Vec3>, matrix: &DMat3) -> Vec<Vec3> {
     if normals.is_empty() {
         return normals;
     }
     let cofactors = matrix.inverse().transpose();
-    normals.par_iter().map(|n| (cofactors * n.as_dvec3()).normalize_or_zero().as_vec3()).collect()
+    normals.par_iter_mut().for_each(|n| *n = (cofactors * n.as_dvec3()).normalize_or_zero().as_vec3());
+    normals
 }

@@ -2,6 +2,7 @@
 
 use super::header::{Element, Format, Kind, Scalar};
 use crate::error::SceneError;
+use rayon::prelude::*;
 
 /// What is wrong with one element.
 #[derive(Debug)]
@@ -21,7 +22,11 @@ impl Fault {
     }
 }
 
+/// Elements that are read in one go, by one thread.
+const RUN: u64 = 1 << 14;
+
 /// What is left of a file.
+#[derive(Clone, Copy)]
 pub struct Body<'a> {
     pub rest: &'a [u8],
     pub format: Format,
@@ -45,12 +50,57 @@ impl<'a> Body<'a> {
         Ok(())
     }
 
+    /// Reads an element by many threads: `read` makes something of a run of them, from the place where they begin, and `join` takes
+    /// that in their order. `at` is told how much is left of the file.
+    pub fn read_runs<T: Send>(
+        &mut self,
+        element: &Element,
+        read: impl Fn(std::ops::Range<u64>, Body<'a>) -> Result<T, SceneError> + Sync,
+        mut join: impl FnMut(T),
+        at: impl Fn(usize),
+    ) -> Result<(), SceneError> {
+        let together = 4 * rayon::current_num_threads();
+        let mut next = 0;
+        while next < element.count {
+            let mut runs = Vec::with_capacity(together);
+            let mut failed = None;
+            while runs.len() < together && next < element.count && failed.is_none() {
+                let end = element.count.min(next + RUN);
+                runs.push((next..end, *self));
+                failed = self.pass(element, next..end).err();
+                next = end;
+            }
+            // What a run cannot be passed over for is told by reading it, unless something before is wrong too.
+            let results: Vec<_> = runs.into_par_iter().map(|(range, body)| read(range, body)).collect();
+            results.into_iter().try_for_each(|result| result.map(&mut join))?;
+            failed.map_or(Ok(()), Err)?;
+            at(self.rest.len());
+        }
+        Ok(())
+    }
+
     /// Passes over an element.
     pub fn skip(&mut self, element: &Element) -> Result<(), SceneError> {
         if element.properties.is_empty() {
             return Ok(());
         }
-        for index in 0..element.count {
+        self.pass(element, 0..element.count)
+    }
+
+    /// Passes over some of an element.
+    fn pass(&mut self, element: &Element, range: std::ops::Range<u64>) -> Result<(), SceneError> {
+        let scalar = |property: &super::header::Property| match property.kind {
+            Kind::Scalar(scalar) if self.format != Format::Ascii => Some(scalar.size()),
+            _ => None,
+        };
+        // All are of one size, unless there are lists.
+        if let Some(size) = element.properties.iter().map(scalar).sum::<Option<usize>>()
+            && let Some(rest) = self.rest.get(size.saturating_mul((range.end - range.start) as usize)..)
+        {
+            self.rest = rest;
+            return Ok(());
+        }
+        for index in range {
             let mut values = element.properties.iter().map(|property| property.kind);
             values.try_for_each(|kind| self.skip_value(kind)).map_err(|fault| element.fault(index, fault))?;
         }
