@@ -113,6 +113,8 @@
 //! - `[Schussler17]` V. Schüßler, E. Heitz, J. Hanika, C. Dachsbacher: *Microfacet-based normal mapping for robust Monte Carlo path
 //!   tracing*, ACM Transactions on Graphics 36(6), 2017.
 //! - `[Shirley97]` P. Shirley, K. Chiu: *A low distortion map between disk and square*, JGT 2(3), 1997.
+//! - `[Smith67]` B. G. Smith: *Geometrical shadowing of a random rough surface*, IEEE Transactions on Antennas and Propagation
+//!   15(5), 1967.
 //! - `[Steele14]` G. L. Steele, D. Lea, C. H. Flood: *Fast splittable pseudorandom number generators*, OOPSLA 2014.
 //! - `[Stokes1862]` G. G. Stokes: *On the intensity of the light reflected from or transmitted through a pile of plates*,
 //!   Proceedings of the Royal Society 11, 1862.

@@ -68,7 +68,8 @@ impl Distribution for Beckmann {
     /// The projected area σ(w) = ∫ D(m) ⟨w·m⟩ dm = |z| (1 + Λ) of the facets seen from `w`; Smith's G₁ is |z| / σ.
     ///
     /// With the stretched direction, whose slope is a = |z| / √(α_x² x² + α_y² y²), this is Λ = (e^(−a²)/(a√π) − erfc a)/2
-    /// `[Walter07]`, exact but for an error of 1.5·10⁻⁷ in erfc.
+    /// `[Walter07]`, exact but for an error of 1.5·10⁻⁷ in erfc. The rational fit of G₁ in [Walter07, (27)], which other renderers
+    /// have, is off by −0.30 to 0.32 %.
     #[inline(always)]
     fn area(&self, w: Vec3) -> f32 {
         let (z, sin) = (w.z.abs(), vec2(self.alpha_x * w.x, self.alpha_y * w.y).length());

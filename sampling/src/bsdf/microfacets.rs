@@ -50,14 +50,6 @@ macro_rules! by_distribution {
 }
 pub(super) use by_distribution;
 
-/// |cos θ_o cos θ_i| / G₂(wo, wi) for correlated heights, G₂ = 1 / (1 + Λ(wo) + Λ(wi)) `[Heitz14]`, given the magnitudes
-/// of the cosines and the projected areas.
-#[inline]
-pub(super) fn joint_area(cos_o: f32, area_o: f32, cos_i: f32, area_i: f32) -> f32 {
-    // σ ≥ cos, so what is subtracted is never more than either of the others.
-    area_o * cos_i + (area_i - cos_i) * cos_o
-}
-
 impl Microfacets {
     /// The projected area σ(w), from either side.
     pub fn area(&self, w: Vec3) -> f32 {

@@ -5,7 +5,7 @@
 
 use super::fresnel::fresnel_dielectric;
 use super::quadrature::integrate_towards_ends;
-use super::{Microfacets, Recalled, Shared};
+use super::{Masking, Microfacets, Recalled, Shared};
 use crate::warp::{INV_PI, sin_cos_turns};
 use glam::{Vec2, Vec3, vec3};
 use std::f64::consts::PI;
@@ -30,37 +30,42 @@ pub struct MissingEnergy {
     density: [f32; CELLS],
 }
 
-static TABLES: Recalled<4, MissingEnergy> = Recalled::new();
+static TABLES: Recalled<5, MissingEnergy> = Recalled::new();
 
 /// The least that is held to be missing, far below the error of the table: it keeps averages from 0.
 const LEAST: f64 = 1e-9;
 
 impl MissingEnergy {
     /// What isotropic facets lose that reflect all light.
-    pub fn of_mirrors(facets: &Microfacets) -> Shared<Self> {
-        Self::shared(facets, None)
+    pub fn of_mirrors(facets: &Microfacets, masking: Masking) -> Shared<Self> {
+        Self::shared(facets, masking, None)
     }
 
     /// What isotropic facets lose that reflect and refract, when the light comes from the side whose other side has the
     /// index `eta` relative to it.
-    pub fn of_interfaces(facets: &Microfacets, eta: f32) -> Shared<Self> {
-        Self::shared(facets, Some(eta))
+    pub fn of_interfaces(facets: &Microfacets, masking: Masking, eta: f32) -> Shared<Self> {
+        Self::shared(facets, masking, Some(eta))
     }
 
-    fn shared(facets: &Microfacets, eta: Option<f32>) -> Shared<Self> {
+    fn shared(facets: &Microfacets, masking: Masking, eta: Option<f32>) -> Shared<Self> {
         debug_assert!(!facets.is_anisotropic());
         let (kind, gamma) = match facets {
             Microfacets::Ggx(_) => (0.0, 0.0),
             Microfacets::Beckmann(_) => (1.0, 0.0),
             Microfacets::ShiftedGamma(sgd) => (2.0, sgd.gamma()),
         };
-        TABLES.get([kind, facets.alphas().x, gamma, eta.unwrap_or(0.0)], || Self::new(facets, eta))
+        let hiding = match masking {
+            Masking::Correlated => 0.0,
+            Masking::Separable => 1.0,
+        };
+        let key = [kind, facets.alphas().x, gamma, hiding, eta.unwrap_or(0.0)];
+        TABLES.get(key, || Self::new(facets, masking, eta))
     }
 
-    fn new(facets: &Microfacets, eta: Option<f32>) -> Self {
+    fn new(facets: &Microfacets, masking: Masking, eta: Option<f32>) -> Self {
         let a = facets.alphas().x * facets.typical_slope();
         let cosines: [f64; CELLS + 1] = std::array::from_fn(|i| cosine(i as f64 / CELLS as f64, f64::from(a)));
-        let missing = cosines.map(|cos| (1.0 - Albedo::new(facets, eta, cos.max(1e-7)).integral()).max(LEAST));
+        let missing = cosines.map(|cos| (1.0 - Albedo::new(facets, masking, eta, cos.max(1e-7)).integral()).max(LEAST));
         // 2 ∫ (1 − E) μ dμ over each piece.
         let mass: [f64; CELLS] = std::array::from_fn(|i| {
             let (low, high) = (cosines[i], cosines[i + 1]);
@@ -134,6 +139,7 @@ fn cosine(t: f64, a: f64) -> f64 {
 /// The directional albedo of isotropic microfacets, as an integral over the slopes of those that the light meets.
 struct Albedo<'f> {
     facets: &'f Microfacets,
+    masking: Masking,
     eta: Option<f32>,
     /// Of the light: it comes from (sin, 0, cos).
     sin: f64,
@@ -145,11 +151,11 @@ struct Albedo<'f> {
 }
 
 impl<'f> Albedo<'f> {
-    fn new(facets: &'f Microfacets, eta: Option<f32>, cos: f64) -> Self {
+    fn new(facets: &'f Microfacets, masking: Masking, eta: Option<f32>, cos: f64) -> Self {
         let sin = (1.0 - cos * cos).max(0.0).sqrt();
         let area = f64::from(facets.area(vec3(sin as f32, 0.0, cos as f32)));
         let alpha = f64::from(facets.alphas().x);
-        Self { facets, eta, sin, cos, area, alpha, width: alpha * f64::from(facets.typical_slope()) }
+        Self { facets, masking, eta, sin, cos, area, alpha, width: alpha * f64::from(facets.typical_slope()) }
     }
 
     /// ∫ of D(m) cos θ_m dm, times what a facet scatters of the light.
@@ -221,9 +227,13 @@ impl<'f> Albedo<'f> {
         let mut sum = 0.0;
         let wi = leaving(2.0 * o_m, 1.0);
         if wi[2] > 0.0 {
-            // As `joint_area`.
             let area_i = area_of(wi);
-            sum += reflected * wi[2] / (self.area * wi[2] + (area_i - wi[2]) * self.cos);
+            // As `Masking::joint_area`.
+            let joint = match self.masking {
+                Masking::Correlated => self.area * wi[2] + (area_i - wi[2]) * self.cos,
+                Masking::Separable => self.area * area_i,
+            };
+            sum += reflected * wi[2] / joint;
         }
         if let Some((transmitted, i_m, eta)) = refracted {
             let wi = leaving(o_m / eta - i_m, 1.0 / eta);
@@ -238,21 +248,23 @@ impl<'f> Albedo<'f> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bsdf::microfacets::{Distribution, by_distribution, joint_area};
+    use crate::bsdf::microfacets::{Distribution, by_distribution};
     use crate::bsdf::{Beckmann, Ggx, ShiftedGamma};
     use glam::vec2;
 
     #[test]
     fn albedos_agree_with_sampling() {
         const SIDE: usize = 512;
-        let all: [Microfacets; 4] = [
-            Ggx::new(0.1, 0.1).into(),
-            Ggx::new(1.0, 1.0).into(),
-            Beckmann::new(0.5, 0.5).into(),
-            ShiftedGamma::new(0.2, 0.2, 1.0).into(),
+        let all: [(Microfacets, Masking); 6] = [
+            (Ggx::new(0.1, 0.1).into(), Masking::Correlated),
+            (Ggx::new(1.0, 1.0).into(), Masking::Correlated),
+            (Ggx::new(0.4, 0.4).into(), Masking::Separable),
+            (Beckmann::new(0.5, 0.5).into(), Masking::Correlated),
+            (Beckmann::new(0.5, 0.5).into(), Masking::Separable),
+            (ShiftedGamma::new(0.2, 0.2, 1.0).into(), Masking::Correlated),
         ];
-        for facets in all {
-            let table = MissingEnergy::of_mirrors(&facets);
+        for (facets, masking) in all {
+            let table = MissingEnergy::of_mirrors(&facets, masking);
             for cos in [1.0_f32, 0.7, 0.3, 0.05] {
                 let w = vec3((1.0 - cos * cos).sqrt(), 0.0, cos);
                 let area = facets.area(w);
@@ -265,14 +277,14 @@ mod tests {
                     let wi = crate::math::reflect(w, m);
                     if wi.z > 0.0 {
                         let sampled = by_distribution!(facets, f => f.sampled_area(w, area, o_m, m));
-                        let joint = joint_area(cos, area, wi.z, facets.area(wi));
+                        let joint = masking.joint_area(cos, area, wi.z, facets.area(wi));
                         sum += f64::from(wi.z * sampled / joint);
                     }
                 }
                 let missing = 1.0 - sum / (SIDE * SIDE) as f64;
                 assert!(
                     (missing - f64::from(table.at(cos))).abs() < 2e-4,
-                    "{facets:?} {cos}: {missing} {}",
+                    "{facets:?} {masking:?} {cos}: {missing} {}",
                     table.at(cos)
                 );
             }
@@ -282,7 +294,7 @@ mod tests {
     #[test]
     fn the_lobe_is_normalised_and_sampled_by_its_density() {
         for alpha in [0.01, 0.1, 1.0] {
-            let table = MissingEnergy::of_mirrors(&Ggx::new(alpha, alpha).into());
+            let table = MissingEnergy::of_mirrors(&Ggx::new(alpha, alpha).into(), Masking::default());
             let cosines = |i: usize| (i as f32 + 0.5) / 20_000.0;
             let sum = |f: &dyn Fn(f32) -> f32| (0..20_000).map(|i| f64::from(f(cosines(i)))).sum::<f64>() / 20_000.0;
             let average = sum(&|cos| 2.0 * cos * table.at(cos));

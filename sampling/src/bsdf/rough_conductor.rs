@@ -5,13 +5,13 @@
 
 use super::half::Half;
 use super::metals::{complex_index, index_of_reflectance};
-use super::microfacets::{Distribution, by_distribution, joint_area};
+use super::microfacets::{Distribution, by_distribution};
 use super::missing_energy::MissingEnergy;
 use super::quadrature::GAUSS;
-use super::roughness::{is_compensated, microfacets};
+use super::roughness::{is_compensated, masking, microfacets};
 use super::{
-    Arguments, Beckmann, Bsdf, BsdfModel, BsdfSample, Conductor, Ggx, Lobes, Microfacets, Misfit, Parameter, Shared,
-    ShiftedGamma, TransportMode, fresnel_conductor, survival_of,
+    Arguments, Beckmann, Bsdf, BsdfModel, BsdfSample, Conductor, Ggx, Lobes, Masking, Microfacets, Misfit, Parameter,
+    Shared, ShiftedGamma, TransportMode, fresnel_conductor, survival_of,
 };
 use crate::fault;
 use crate::math::{Spectrum, reflect, same_hemisphere};
@@ -20,7 +20,7 @@ use std::f32::consts::PI;
 
 /// f_s = F(wo·m) D(m) G₂(wo, wi) / (4 |cos θ_o| |cos θ_i|) with the half vector m `[Walter07]`.
 ///
-/// D is any of [`Microfacets`], G₂ is Smith's for correlated heights `[Heitz14]`, F exact for the complex index. Visible
+/// D is any of [`Microfacets`], G₂ is Smith's, with either [`Masking`], F exact for the complex index. Visible
 /// normals are sampled, or nearly so ([`ShiftedGamma`]). Light scattered more than once among the facets is lost, at α = 1 seven tenths of it (GGX at normal
 /// incidence: ln 2), or [compensated](Self::compensated).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +30,7 @@ pub struct RoughConductor {
     /// F at normal incidence.
     survival: f32,
     facets: Microfacets,
+    masking: Masking,
     echo: Option<Echo>,
 }
 
@@ -69,7 +70,15 @@ impl RoughConductor {
 
     /// A metal of complex index `eta` + i `k` (≥ 0, not both 0) with any distribution of normals.
     pub fn with_facets(eta: Spectrum, k: Spectrum, facets: Microfacets) -> Self {
-        Self { eta, k, survival: survival_of(fresnel_conductor(1.0, eta, k)), facets, echo: None }
+        let survival = survival_of(fresnel_conductor(1.0, eta, k));
+        Self { eta, k, survival, facets, masking: Masking::default(), echo: None }
+    }
+
+    /// The same metal, whose facets hide one another in this way.
+    #[must_use]
+    pub fn masked(self, masking: Masking) -> Self {
+        let other = Self { masking, ..self };
+        if self.echo.is_some() { other.compensated() } else { other }
     }
 
     /// The same metal, isotropic, with a second lobe in place of light that is scattered more than once `[Kulla17]`.
@@ -80,7 +89,7 @@ impl RoughConductor {
     /// to 0.03 of an index below 1 with next to no extinction. So a metal that absorbs nothing loses nothing.
     #[must_use]
     pub fn compensated(self) -> Self {
-        let missing = MissingEnergy::of_mirrors(&self.facets);
+        let missing = MissingEnergy::of_mirrors(&self.facets, self.masking);
         // Few nodes: a texture that gives the reflectance has this done at every hit.
         let mean =
             |(cos, weight): (f64, f64)| fresnel_conductor(cos as f32, self.eta, self.k) * (2.0 * cos * weight) as f32;
@@ -111,7 +120,8 @@ impl RoughConductor {
         let Half { m, cos: o_m } = Half::of(wo, wi)?;
         let (area_o, area_i) = (facets.area(wo), facets.area(wi));
         let d = facets.d(m);
-        let f = fresnel_conductor(o_m, self.eta, self.k) * (0.25 * d / joint_area(wo.z, area_o, wi.z, area_i));
+        let joint = self.masking.joint_area(wo.z, area_o, wi.z, area_i);
+        let f = fresnel_conductor(o_m, self.eta, self.k) * (0.25 * d / joint);
         // The density of m is D ⟨wo·m⟩ / area; of wi, by dm/dwi, that over 4 |wo·m|, which cancels.
         let jacobian = fault!("half_vector_jacobian_missing", 0.25, 4.0 * o_m);
         Some((f, jacobian * d / facets.sampled_area(wo, area_o, o_m, m)))
@@ -132,7 +142,7 @@ impl RoughConductor {
         let sampled = facets.sampled_area(wo, area_o, o_m, m);
         let pdf = 0.25 * facets.d(m) / sampled;
         // The density cancels D.
-        let shadowing = wi.z * sampled / joint_area(wo.z, area_o, wi.z, area_i);
+        let shadowing = wi.z * sampled / self.masking.joint_area(wo.z, area_o, wi.z, area_i);
         let weight = fresnel_conductor(o_m, self.eta, self.k) * shadowing;
         Some(BsdfSample { wi, weight, pdf, lobe: Lobes::GLOSSY_REFLECTION, eta: 1.0 })
     }
@@ -169,17 +179,18 @@ impl BsdfModel for RoughConductor {
         Parameter::ALPHA,
         Parameter::ALPHA_X,
         Parameter::ALPHA_Y,
+        Parameter::MASKING,
         Parameter::MULTIPLE_SCATTERING,
     ];
 
     fn from_arguments(arguments: &Arguments) -> Result<Bsdf, Misfit> {
-        let [reflectance, metal, eta, k, distribution, gamma, roughness, alpha, alpha_x, alpha_y, multiple] =
+        let [reflectance, metal, eta, k, distribution, gamma, roughness, alpha, alpha_x, alpha_y, hiding, multiple] =
             arguments.all();
         let (eta, k) = complex_index([reflectance, metal, eta, k])?;
         let Some(facets) = microfacets([distribution, gamma, roughness, alpha, alpha_x, alpha_y])? else {
             return Ok(Conductor::new(eta, k).into());
         };
-        let single = Self::with_facets(eta, k, facets);
+        let single = Self::with_facets(eta, k, facets).masked(masking(hiding));
         Ok(if is_compensated(multiple, &facets)? { single.compensated() } else { single }.into())
     }
 
@@ -252,6 +263,11 @@ impl BsdfModel for RoughConductor {
             Self::new(gold.0, gold.1, 0.3, 0.3).compensated(),
             with(Ggx::new(0.02, 0.02).into()).compensated(),
             with(ShiftedGamma::new(0.5, 0.5, 1.0).into()).compensated(),
+            Self::new(gold.0, gold.1, 0.05, 0.4).masked(Masking::Separable),
+            with(Ggx::new(1.0, 1.0).into()).masked(Masking::Separable),
+            with(Beckmann::new(0.3, 0.3).into()).masked(Masking::Separable),
+            with(ShiftedGamma::new(0.2, 0.2, 1.0).into()).masked(Masking::Separable),
+            with(Ggx::new(0.5, 0.5).into()).masked(Masking::Separable).compensated(),
         ]
     }
 }
@@ -286,10 +302,12 @@ mod tests {
         facets.push(Beckmann::new(0.5, 0.5).into());
         facets.push(ShiftedGamma::new(0.3, 0.3, 1.0).into());
         for facets in facets {
-            let metal = RoughConductor::with_facets(eta, k, facets).compensated();
-            for cos in [1.0, 0.9, 0.5, 0.1] {
-                let albedo = albedo(&metal, cos);
-                assert!((albedo - 1.0).abs() < 1e-4, "{facets:?} at {cos}: {albedo}");
+            for masking in [Masking::Correlated, Masking::Separable] {
+                let metal = RoughConductor::with_facets(eta, k, facets).masked(masking).compensated();
+                for cos in [1.0, 0.9, 0.5, 0.1] {
+                    let albedo = albedo(&metal, cos);
+                    assert!((albedo - 1.0).abs() < 1e-4, "{facets:?} {masking:?} at {cos}: {albedo}");
+                }
             }
         }
     }

@@ -5,12 +5,12 @@
 
 use super::fresnel::{DielectricFresnel, diffuse_transmittance, fresnel_dielectric};
 use super::half::Half;
-use super::microfacets::{Distribution, by_distribution, joint_area};
+use super::microfacets::{Distribution, by_distribution};
 use super::missing_energy::MissingEnergy;
-use super::roughness::{is_compensated, microfacets};
+use super::roughness::{is_compensated, masking, microfacets};
 use super::{
-    Arguments, Beckmann, Bsdf, BsdfModel, BsdfSample, Dielectric, Ggx, Lobes, Microfacets, Misfit, Parameter, Shared,
-    ShiftedGamma, TransportMode,
+    Arguments, Beckmann, Bsdf, BsdfModel, BsdfSample, Dielectric, Ggx, Lobes, Masking, Microfacets, Misfit, Parameter,
+    Shared, ShiftedGamma, TransportMode,
 };
 use crate::math::{Spectrum, reflect};
 use glam::{Vec2, Vec3};
@@ -18,9 +18,9 @@ use std::f32::consts::PI;
 
 /// Reflection `[Walter07]` and refraction [Walter07, (21)] by facets, chosen by Fresnel's equations at the facet.
 ///
-/// D is any of [`Microfacets`]; visible normals are sampled, or nearly so ([`ShiftedGamma`]). G₂ of a reflection is Smith's
-/// for correlated heights `[Heitz14]`; the two sides of a refraction are taken as independent, G₁ G₁ `[Walter07]`. Light scattered more
-/// than once among the facets is lost, or [compensated](Self::compensated).
+/// D is any of [`Microfacets`]; visible normals are sampled, or nearly so ([`ShiftedGamma`]). G₂ of a reflection is Smith's,
+/// with either [`Masking`]; the two sides of a refraction are always taken as independent, G₁ G₁ [Walter07, (23)]. Light
+/// scattered more than once among the facets is lost, or [compensated](Self::compensated).
 ///
 /// What is refracted spreads over some |η − 1| α, and directions in `f32` resolve 10⁻⁶: below, value and density at a direction are
 /// off by a third, though samples are right.
@@ -28,6 +28,7 @@ use std::f32::consts::PI;
 pub struct RoughDielectric {
     eta: f32,
     facets: Microfacets,
+    masking: Masking,
     echo: Option<Echo>,
 }
 
@@ -55,7 +56,14 @@ impl RoughDielectric {
 
     /// The same with any distribution of normals.
     pub fn with_facets(eta: f32, facets: Microfacets) -> Self {
-        Self { eta, facets, echo: None }
+        Self { eta, facets, masking: Masking::default(), echo: None }
+    }
+
+    /// The same interface, whose facets hide one another in this way.
+    #[must_use]
+    pub fn masked(self, masking: Masking) -> Self {
+        let other = Self { masking, ..self };
+        if self.echo.is_some() { other.compensated() } else { other }
     }
 
     /// The same interface, isotropic, with further lobes in place of light that is scattered more than once, so that no light
@@ -71,8 +79,8 @@ impl RoughDielectric {
         if self.eta == 1.0 {
             return self;
         }
-        let outside = MissingEnergy::of_interfaces(&self.facets, self.eta);
-        let inside = MissingEnergy::of_interfaces(&self.facets, 1.0 / self.eta);
+        let outside = MissingEnergy::of_interfaces(&self.facets, self.masking, self.eta);
+        let inside = MissingEnergy::of_interfaces(&self.facets, self.masking, 1.0 / self.eta);
         let exchanged = diffuse_transmittance(self.eta) * outside.average().min(inside.average());
         let side = |missing: Shared<MissingEnergy>, scale: f32| Beyond {
             missing,
@@ -127,7 +135,7 @@ impl RoughDielectric {
         let Half { m, cos: o_m } = Half::of(wo, wi)?;
         let (area_o, area_i) = (facets.area(wo), facets.area(wi));
         let fd = 0.25 * fresnel_dielectric(o_m, eta).reflected * facets.d(m);
-        let f = fd / joint_area(wo.z, area_o, wi.z, area_i);
+        let f = fd / self.masking.joint_area(wo.z, area_o, wi.z, area_i);
         Some((f, fd / facets.sampled_area(wo, area_o, o_m, m), Lobes::GLOSSY_REFLECTION))
     }
 
@@ -187,7 +195,7 @@ impl RoughDielectric {
                 return None;
             }
             let pdf = 0.25 * reflected * visible;
-            let shadowing = wi.z * sampled / joint_area(wo.z, area_o, wi.z, facets.area(wi));
+            let shadowing = wi.z * sampled / self.masking.joint_area(wo.z, area_o, wi.z, facets.area(wi));
             let weight = Spectrum::splat(shadowing);
             return Some(BsdfSample { wi, weight, pdf, lobe: Lobes::GLOSSY_REFLECTION, eta: 1.0 });
         }
@@ -240,16 +248,17 @@ impl BsdfModel for RoughDielectric {
         Parameter::ALPHA,
         Parameter::ALPHA_X,
         Parameter::ALPHA_Y,
+        Parameter::MASKING,
         Parameter::MULTIPLE_SCATTERING,
     ];
 
     fn from_arguments(arguments: &Arguments) -> Result<Bsdf, Misfit> {
-        let [eta, distribution, gamma, roughness, alpha, alpha_x, alpha_y, multiple] = arguments.all();
+        let [eta, distribution, gamma, roughness, alpha, alpha_x, alpha_y, hiding, multiple] = arguments.all();
         let eta = eta.number();
         let Some(facets) = microfacets([distribution, gamma, roughness, alpha, alpha_x, alpha_y])? else {
             return Ok(Dielectric { eta }.into());
         };
-        let single = Self::with_facets(eta, facets);
+        let single = Self::with_facets(eta, facets).masked(masking(hiding));
         Ok(if is_compensated(multiple, &facets)? { single.compensated() } else { single }.into())
     }
 
@@ -320,6 +329,9 @@ impl BsdfModel for RoughDielectric {
             Self::new(1.5, 1.0, 1.0).compensated(),
             Self::new(1.0 / 2.4, 0.3, 0.3).compensated(),
             Self::new(1.0, 0.3, 0.3),
+            Self::new(1.5, 0.5, 0.2).masked(Masking::Separable),
+            Self::with_facets(1.0 / 1.5, Beckmann::new(0.4, 0.4).into()).masked(Masking::Separable),
+            Self::new(1.5, 0.5, 0.5).masked(Masking::Separable).compensated(),
         ]
     }
 }
@@ -344,9 +356,15 @@ mod tests {
 
     #[test]
     fn compensated_facets_lose_nothing() {
-        for eta in [1.5, 1.0 / 1.5, 2.4] {
+        let cases = [
+            (1.5, Masking::Correlated),
+            (1.0 / 1.5, Masking::Correlated),
+            (2.4, Masking::Correlated),
+            (1.5, Masking::Separable),
+        ];
+        for (eta, masking) in cases {
             for alpha in [0.3, 1.0] {
-                let glass = RoughDielectric::new(eta, alpha, alpha).compensated();
+                let glass = RoughDielectric::new(eta, alpha, alpha).masked(masking).compensated();
                 for cos in [1.0, 0.8, 0.5, 0.1, -0.9, -0.4, -0.1] {
                     let albedo = albedo(&glass, cos);
                     assert!((albedo - 1.0).abs() < 2e-4, "{eta} {alpha} at {cos}: {albedo}");

@@ -1,6 +1,6 @@
 //! The roughness of microfacet models, as scene files give it.
 
-use super::{Argument, Beckmann, Ggx, Microfacets, Misfit, Parameter, Preset, ShiftedGamma};
+use super::{Argument, Beckmann, Ggx, Masking, Microfacets, Misfit, Parameter, Preset, ShiftedGamma};
 
 impl Parameter {
     /// Perceptual roughness.
@@ -38,6 +38,12 @@ impl Parameter {
         0.0,
         4.0,
         Preset::Absent,
+    );
+    /// How facets hide one another.
+    pub const MASKING: Self = Self::choice(
+        "masking",
+        "how facets hide one another from two directions: by their common height, or from each by itself",
+        &["correlated", "separable"],
     );
     /// What becomes of light that facets scatter to one another.
     pub const MULTIPLE_SCATTERING: Self = Self::choice(
@@ -107,6 +113,11 @@ pub fn microfacets([distribution, gamma, a, b, c, d]: [Argument; 6]) -> Result<O
         1 => Beckmann::new(x, y).into(),
         _ => ShiftedGamma::new(x, y, gamma.unwrap_or(1.0)).into(),
     }))
+}
+
+/// How facets hide one another, from [`Parameter::MASKING`].
+pub fn masking(argument: Argument) -> Masking {
+    [Masking::Correlated, Masking::Separable][argument.choice()]
 }
 
 /// Whether [`Parameter::MULTIPLE_SCATTERING`] is to be compensated.

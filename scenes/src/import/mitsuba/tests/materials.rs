@@ -54,17 +54,21 @@ fn glass_and_metal() {
     let rough = "<float name=\"alpha\" value=\"0.2\"/><string name=\"distribution\" value=\"ggx\"/>";
     check(
         &format!("<bsdf type=\"roughdielectric\">{water}{rough}</bsdf>"),
-        "type = \"rough_dielectric\"\neta = 1.333\ndistribution = \"ggx\"\nalpha = 0.2",
-        1,
+        "type = \"rough_dielectric\"\neta = 1.333\ndistribution = \"ggx\"\nmasking = \"separable\"\nalpha = 0.2",
+        0,
     );
     let index = "<rgb name=\"eta\" value=\"0.2 0.9 1.1\"/><rgb name=\"k\" value=\"3.9 2.4 2.1\"/>";
-    let metal = "eta = [0.2, 0.9, 1.1]\nk = [3.9, 2.4, 2.1]";
+    let metal = "masking = \"separable\"\nalpha_x = 0.1\nalpha_y = 0.3\neta = [0.2, 0.9, 1.1]\nk = [3.9, 2.4, 2.1]";
     let along = "<float name=\"alpha_u\" value=\"0.1\"/><float name=\"alpha_v\" value=\"0.3\"/>";
-    check(
-        &format!("<bsdf type=\"roughconductor\">{index}{along}</bsdf>"),
-        &format!("type = \"rough_conductor\"\ndistribution = \"beckmann\"\nalpha_x = 0.1\nalpha_y = 0.3\n{metal}"),
-        1,
-    );
+    for (distribution, said, notes) in
+        [("beckmann", "", 1), ("ggx", "<string name=\"distribution\" value=\"ggx\"/>", 0)]
+    {
+        check(
+            &format!("<bsdf type=\"roughconductor\">{index}{along}{said}</bsdf>"),
+            &format!("type = \"rough_conductor\"\ndistribution = \"{distribution}\"\n{metal}"),
+            notes,
+        );
+    }
 }
 
 #[test]
