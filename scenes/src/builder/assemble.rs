@@ -176,9 +176,12 @@ fn recentring(extents: impl IntoIterator<Item = (DVec3, DVec3)>) -> DVec3 {
 
 fn materials(given: &[Material], shift: DVec3, skip: Skip) -> Vec<Material> {
     let build = |material: &Material| match material {
-        Material::Varying(varying) => (**varying).clone().recentred(shift).into(),
         Material::Constant(Bsdf::Lambert(lambert)) if skip == Skip::Nothing => Material::lambert(lambert.albedo.into()),
-        Material::Constant(_) | Material::Subsurface(_) => material.clone(),
+        _ => {
+            let mut material = material.clone();
+            material.parts_mut().iter_mut().for_each(|part| part.recentre(shift));
+            material
+        }
     };
     given.iter().map(build).collect()
 }

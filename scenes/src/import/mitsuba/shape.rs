@@ -63,7 +63,7 @@ fn write_one<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<(), 
     context.mapped(element, &format!("`{}`", form.kind));
     let material = match plugin.tagged("bsdf").first() {
         Some(bsdf) => material::named(bsdf, form.turned, context)?,
-        None => material::usual(&element.place, context),
+        None => material::usual(&element.place, !plugin.tagged("emitter").is_empty(), context),
     };
     let emission = match plugin.tagged("emitter").first() {
         Some(emitter) => radiance(emitter, form.turned, context)?,
