@@ -112,7 +112,7 @@ fn sides_that_cannot_be_are_told() {
     let without = "12: `materials.two.front` is `\"other\"`; it must be the name of a material without opacity";
     expect(&format!("{}{mask}", text("front = \"other\"", "")), without);
     expect(&text("front = \"rde\"", ""), "12: `materials.two.front` is `\"rde\"`; there is no such material");
-    expect(&text("front = \"red\"\nbump_map = 1", ""), "13: `materials.two.bump_map`");
+    expect(&text("front = \"red\"\nbump_map = 1", ""), "13: unknown key `bump_map` in `materials.two`");
     let mix = "[materials.mixed]\ntype = \"mix\"\nfirst = \"two\"\nsecond = \"red\"\n";
     let told = load(&format!("{}{mix}", text(BOTH, ""))).expect_err("refused").to_string();
     assert!(told.contains("has not two sides; give each side a mix"), "{told}");

@@ -272,7 +272,7 @@ fn defaults_includes_references_and_aliases() {
         text.contains("radius = 3.0\nmaterial = \"m\"") && text.contains("radius = 2.5\nmaterial = \"m\""),
         "{text}"
     );
-    assert_eq!(text.matches("[materials.").count(), 1);
+    assert_eq!(text.matches("[materials.").count(), 2, "its front and itself");
 }
 
 #[test]

@@ -53,10 +53,8 @@ fn what_reflects_without_twosided_is_black_from_behind() {
     let front = "[materials.m_front]\ntype = \"lambert\"\nalbedo = 0.5\n\n";
     let whole = "[materials.m]\ntype = \"sided\"\nfront = \"m_front\"";
     assert_eq!(sided(grey), format!("{front}{whole}"));
-    assert_eq!(
-        sided(""),
-        format!("{front}{whole}").replace("materials.m", "materials.default").replace("\"m", "\"default")
-    );
+    let usual = format!("{front}{whole}").replace("\nalbedo = 0.5", "");
+    assert_eq!(sided(""), usual.replace("materials.m", "materials.default").replace("\"m", "\"default"));
     // What is black anyway, and what light goes through, need no sides.
     let black = "<bsdf type=\"diffuse\" id=\"m\"><rgb name=\"reflectance\" value=\"0\"/></bsdf>";
     assert_eq!(sided(black), "[materials.m]\ntype = \"lambert\"\nalbedo = 0.0");

@@ -49,7 +49,12 @@ fn the_dialect_of_mitsuba_0_is_read() {
     assert_eq!((scene.counts().shapes, scene.counts().emitters), (8, 1));
     let table: toml::Table = translation.text.parse().unwrap();
     let albedo = |name: &str| -> Vec<f64> {
-        table["materials"][name]["albedo"].as_array().unwrap().iter().map(|c| c.as_float().unwrap()).collect()
+        table["materials"][format!("{name}_front")]["albedo"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|c| c.as_float().unwrap())
+            .collect()
     };
     let (red, green) = (albedo("red"), albedo("green"));
     // The walls as Mitsuba 0.6 has them under light of equal energy, over the white of that light; daylight moves them a little.
