@@ -25,6 +25,7 @@ mod samplers;
 mod scattering;
 mod shading_normals;
 mod shapes;
+mod sides;
 mod splats;
 mod statistics;
 mod subsurface;

@@ -7,6 +7,7 @@ pub use scattering::{Blend, Parameters, Scattering};
 use crate::relief::Relief;
 use crate::subsurface::Body;
 use crate::texture::Texture;
+use sampling::Vec3;
 use sampling::bsdf::{Arguments, Bsdf, Lobes};
 
 /// Names a material of a scene.
@@ -22,6 +23,18 @@ pub enum Material {
     Varying(Box<Varying>),
     /// The boundary of a body that light goes through.
     Subsurface(Box<Body>),
+    /// Something else on its front than on its back.
+    Sided(Box<Sided>),
+}
+
+/// A surface whose two sides are made of different things, neither of which light goes through.
+///
+/// Which side is met is decided by the geometric normal, which points out of the front. All that a vertex of a path scatters stays
+/// on the side that was met, so that one BSDF is enough for it, from whichever end of the path it was found.
+#[derive(Clone, Debug)]
+pub struct Sided {
+    /// The front and the back; of the same opacity.
+    sides: [Varying; 2],
 }
 
 /// A surface of which something varies.
@@ -52,12 +65,29 @@ impl Material {
         Varying::of(Scattering::new(model, arguments, vec![(0, albedo)]).expect("an albedo alone")).into()
     }
 
-    /// What varies of it, if anything does.
-    pub fn varying(&self) -> Option<&Varying> {
+    /// What it is made of where that varies or depends on the side: nothing, one thing, or the front and the back.
+    pub fn parts(&self) -> &[Varying] {
         match self {
-            Self::Constant(_) | Self::Subsurface(_) => None,
-            Self::Varying(varying) => Some(varying),
+            Self::Constant(_) | Self::Subsurface(_) => &[],
+            Self::Varying(varying) => std::slice::from_ref(varying),
+            Self::Sided(sided) => &sided.sides,
         }
+    }
+
+    /// The same, to be changed.
+    pub(crate) fn parts_mut(&mut self) -> &mut [Varying] {
+        match self {
+            Self::Constant(_) | Self::Subsurface(_) => &mut [],
+            Self::Varying(varying) => std::slice::from_mut(varying),
+            Self::Sided(sided) => &mut sided.sides,
+        }
+    }
+
+    /// How much of what meets it is met, if not all is. It is the same from both sides, for else light would pass it one way more
+    /// easily than the other.
+    #[inline]
+    pub fn opacity(&self) -> Option<&Texture> {
+        self.parts().first().and_then(|part| part.opacity.as_ref())
     }
 
     /// The kinds of scattering it has.
@@ -66,32 +96,26 @@ impl Material {
             Self::Constant(bsdf) => bsdf.lobes(),
             Self::Varying(varying) => varying.seen.lobes,
             Self::Subsurface(body) => body.boundary().lobes() | Lobes::DIFFUSE_REFLECTION,
+            Self::Sided(sided) => sided.sides[0].seen.lobes | sided.sides[1].seen.lobes,
         }
     }
 
     /// True if reading it depends on the point.
     pub fn is_textured(&self) -> bool {
-        self.varying().is_some_and(|varying| varying.all_textures().any(|texture| !texture.is_constant()))
+        self.parts().iter().flat_map(Varying::all_textures).any(|texture| !texture.is_constant())
     }
 
     /// True if it is not met everywhere.
     pub fn is_masked(&self) -> bool {
-        self.varying().is_some_and(|varying| varying.opacity.is_some())
+        self.opacity().is_some()
     }
 
     /// True if it scatters as Lambert's law says, textured or not.
     pub fn is_lambertian(&self) -> bool {
         match self {
             Self::Constant(bsdf) => matches!(bsdf, Bsdf::Lambert(_)),
-            Self::Varying(varying) => varying.scattering.is_lambertian() && varying.relief.is_none(),
+            Self::Varying(_) | Self::Sided(_) => self.parts().iter().all(Varying::is_lambertian),
             Self::Subsurface(_) => false,
-        }
-    }
-
-    /// Notes what BSDFs it has on a surface.
-    pub(crate) fn include(&mut self, seen: &[Bsdf]) {
-        if let Self::Varying(varying) = self {
-            seen.iter().for_each(|bsdf| varying.include(bsdf));
         }
     }
 
@@ -99,7 +123,7 @@ impl Material {
     pub fn needs_derivatives(&self) -> bool {
         match self {
             Self::Constant(bsdf) => bsdf.is_anisotropic(),
-            Self::Varying(varying) => varying.seen.anisotropic || varying.relief.is_some(),
+            Self::Varying(_) | Self::Sided(_) => self.parts().iter().any(Varying::needs_derivatives),
             Self::Subsurface(_) => false,
         }
     }
@@ -117,6 +141,26 @@ impl From<Varying> for Material {
     }
 }
 
+impl From<Sided> for Material {
+    fn from(sided: Sided) -> Self {
+        Self::Sided(Box::new(sided))
+    }
+}
+
+impl Sided {
+    /// A surface with this front and this back, of which `opacity` is met, or all; an opacity of their own is lost. That no light
+    /// goes through them is known once they have been looked at.
+    pub fn new(sides: [Varying; 2], opacity: Option<Texture>) -> Self {
+        Self { sides: sides.map(|side| Varying { opacity: opacity.clone(), ..side }) }
+    }
+
+    /// The side that a ray of direction `d` meets where the front's geometric normal is `ng`.
+    #[inline]
+    pub(crate) fn met(&self, d: Vec3, ng: Vec3) -> &Varying {
+        &self.sides[usize::from(d.dot(ng) >= 0.0)]
+    }
+}
+
 impl Varying {
     /// Without relief, and met everywhere.
     pub fn of(scattering: Scattering) -> Self {
@@ -130,18 +174,27 @@ impl Varying {
         self.scattering.textures().into_iter().chain(others)
     }
 
-    /// Notes the lobes of one of its BSDFs.
-    fn include(&mut self, bsdf: &Bsdf) {
-        self.seen.lobes |= bsdf.lobes();
-        self.seen.anisotropic |= bsdf.is_anisotropic() || self.scattering.may_be_anisotropic();
+    /// Notes what BSDFs it has on a surface.
+    pub(crate) fn include(&mut self, seen: &[Bsdf]) {
+        for bsdf in seen {
+            self.seen.lobes |= bsdf.lobes();
+            self.seen.anisotropic |= bsdf.is_anisotropic() || self.scattering.may_be_anisotropic();
+        }
     }
 
-    /// The same after the scene's coordinates have been shifted by `−shift`.
-    pub(crate) fn recentred(mut self, shift: glam::DVec3) -> Self {
+    fn is_lambertian(&self) -> bool {
+        self.scattering.is_lambertian() && self.relief.is_none()
+    }
+
+    fn needs_derivatives(&self) -> bool {
+        self.seen.anisotropic || self.relief.is_some()
+    }
+
+    /// Makes it what it is once the scene's coordinates have been shifted by `−shift`.
+    pub(crate) fn recentre(&mut self, shift: glam::DVec3) {
         let relief = self.relief.as_mut().map(Relief::texture_mut);
         for texture in self.scattering.textures_mut().into_iter().chain(relief).chain(&mut self.opacity) {
             *texture = texture.clone().recentred(shift);
         }
-        self
     }
 }

@@ -154,7 +154,7 @@ impl Scene {
         if self.needs.masks {
             return self.intersect_masked(ray);
         }
-        self.accel.closest(ray).map(|hit| self.interaction(hit))
+        self.accel.closest(ray).map(|hit| self.interaction(hit, ray.d))
     }
 
     /// Whether any surface is on the ray's interval (0, `t_max`).

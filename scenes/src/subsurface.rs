@@ -95,7 +95,7 @@ impl Scene {
             Primitive::Analytic(id) => of_body(self.analytic[id as usize].surface),
         };
         let first = points.len();
-        self.accel.all(&line, wanted, |hit| points.push(self.interaction(hit)));
+        self.accel.all(&line, wanted, |hit| points.push(self.interaction(hit, axis)));
         // Where two are equally far, as at an edge, any order will do that is the same for all arrangements.
         let rank = |a: &SurfacePoint, b: &SurfacePoint| {
             let differing = a.ng.to_array().into_iter().zip(b.ng.to_array()).map(|(a, b)| a.total_cmp(&b));

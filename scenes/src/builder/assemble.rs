@@ -30,7 +30,7 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
     let mut parts = Parts {
         materials: materials(&builder.materials, shift, skip),
         material_names: std::mem::take(&mut builder.material_names),
-        varies: builder.materials.iter().map(|material| material.varying().is_some()).collect(),
+        varies: builder.materials.iter().map(|material| !material.parts().is_empty()).collect(),
         ..Parts::default()
     };
     for shape in direct {
@@ -177,9 +177,12 @@ fn recentring(extents: impl IntoIterator<Item = (DVec3, DVec3)>) -> DVec3 {
 
 fn materials(given: &[Material], shift: DVec3, skip: Skip) -> Vec<Material> {
     let build = |material: &Material| match material {
-        Material::Varying(varying) => (**varying).clone().recentred(shift).into(),
         Material::Constant(Bsdf::Lambert(lambert)) if skip == Skip::Nothing => Material::lambert(lambert.albedo.into()),
-        Material::Constant(_) | Material::Subsurface(_) => material.clone(),
+        _ => {
+            let mut material = material.clone();
+            material.parts_mut().iter_mut().for_each(|part| part.recentre(shift));
+            material
+        }
     };
     given.iter().map(build).collect()
 }

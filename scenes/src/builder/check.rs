@@ -4,7 +4,7 @@ use super::groups::{self, Group};
 use super::{Environment, SceneBuilder, Shape};
 use crate::emitter::Spot;
 use crate::error::SceneError;
-use crate::material::Material;
+use crate::material::{Material, Scattering, Varying};
 use crate::shape::Geometry;
 use crate::texture::Texture;
 use glam::{DMat3, DVec3};
@@ -26,16 +26,17 @@ pub(super) fn check(builder: &SceneBuilder) -> Result<(), SceneError> {
         return Err(SceneError::invalid(format!("the camera's crop is {crop:?}"), fault));
     }
     for (index, material) in builder.materials.iter().enumerate() {
-        match material {
-            Material::Constant(Bsdf::Lambert(lambert)) => {
-                check_albedo(lambert.albedo, &builder.material_names[index].to_string())?;
+        let name = &builder.material_names[index];
+        let sides = material.parts().iter().map(|part| &part.scattering);
+        let constant = sides.filter_map(|side| if let Scattering::Same(bsdf) = side { Some(bsdf) } else { None });
+        let constant = constant.chain(if let Material::Constant(bsdf) = material { Some(bsdf) } else { None });
+        for bsdf in constant {
+            if let Bsdf::Lambert(lambert) = bsdf {
+                check_albedo(lambert.albedo, &name.to_string())?;
             }
-            Material::Constant(_) | Material::Subsurface(_) => {}
-            Material::Varying(varying) => {
-                if let Some(fault) = varying.all_textures().find_map(Texture::fault) {
-                    return Err(bad_texture(&builder.material_names[index].to_string(), fault));
-                }
-            }
+        }
+        if let Some(fault) = material.parts().iter().flat_map(Varying::all_textures).find_map(Texture::fault) {
+            return Err(bad_texture(&name.to_string(), fault));
         }
     }
     for shape in &builder.shapes {

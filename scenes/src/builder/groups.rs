@@ -3,7 +3,7 @@
 use super::check::similarity_scale;
 use super::{SceneBuilder, Shape};
 use crate::error::SceneError;
-use crate::material::Material;
+use crate::material::{Material, Varying};
 use crate::shape::Geometry;
 use crate::texture::Texture;
 use glam::DAffine3;
@@ -99,7 +99,7 @@ impl SceneBuilder {
     /// Whether a shape must be copied for each instance of its group.
     fn is_copied(&self, shape: &Shape) -> bool {
         let ramp = |material: &Material| {
-            material.varying().is_some_and(|varying| varying.all_textures().any(|t| matches!(t, Texture::Ramp { .. })))
+            material.parts().iter().flat_map(Varying::all_textures).any(|t| matches!(t, Texture::Ramp { .. }))
         };
         shape.emission.is_some() || self.materials.get(shape.material.0 as usize).is_some_and(ramp)
     }

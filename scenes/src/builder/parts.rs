@@ -73,11 +73,10 @@ impl Parts {
         let (material, emission) = (shape.material, shape.emission.clone());
         let attributes_before = self.attributes.len();
         let placed = self.place(shape, name, shift)?;
-        if let Material::Varying(varying) = &self.materials[material.0 as usize] {
-            let surface = Looked::new(self, &placed, attributes_before);
-            let seen = look(varying, &surface, &self.material_names[material.0 as usize], name)?;
-            self.materials[material.0 as usize].include(&seen);
-        }
+        let index = material.0 as usize;
+        let surface = Looked::new(self, &placed, attributes_before);
+        let seen = look(&self.materials[index], &surface, &self.material_names[index], name)?;
+        self.materials[index].parts_mut().iter_mut().zip(&seen).for_each(|(part, seen)| part.include(seen));
         if emission.is_some() && self.materials[material.0 as usize].is_masked() {
             return Err(SceneError::invalid(
                 format!("{name} emits, but its material has an `opacity`"),

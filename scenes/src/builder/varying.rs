@@ -5,12 +5,12 @@ use super::MaterialName;
 use super::check::check_domain;
 use super::parts::{Parts, Placed};
 use crate::error::SceneError;
-use crate::material::{Parameters, Scattering, Varying};
+use crate::material::{Material, Parameters, Scattering, Varying};
 use crate::ray::SurfacePoint;
 use crate::shape::{Analytic, Sphere, Triangle};
 use crate::surface::{Attributes, Chart};
 use crate::texture::{SurfaceCoordinates, Texture};
-use sampling::bsdf::{Bsdf, Domain};
+use sampling::bsdf::{Bsdf, Domain, Lobes};
 use sampling::math::Spectrum;
 use sampling::{Vec2, Vec3, vec2};
 
@@ -103,16 +103,27 @@ pub(super) fn spread(i: usize) -> Vec2 {
     vec2(part(0.754_877_666_246_692_8), part(0.569_840_290_998_053_3))
 }
 
-/// Says what is wrong with a material on a surface, if anything is; else gives BSDFs that it has there, among them one for every
-/// kind of scattering.
+/// Says what is wrong with a material on a surface, if anything is; else gives BSDFs that each of its parts has there, among them one
+/// for every kind of scattering.
 pub(super) fn look(
-    varying: &Varying,
+    material: &Material,
     surface: &Looked,
-    material: &MaterialName,
+    called: &MaterialName,
     shape: &str,
-) -> Result<Vec<Bsdf>, SceneError> {
-    let name = &format!("{material} on {shape}");
-    look_at(varying, surface, name).map_err(|error| material.place(error))
+) -> Result<Vec<Vec<Bsdf>>, SceneError> {
+    let look = |part: &Varying| {
+        let seen = look_at(part, surface, &format!("{called} on {shape}"))?;
+        match matches!(material, Material::Sided(_))
+            && seen.iter().any(|bsdf| bsdf.lobes().intersects(Lobes::TRANSMISSION))
+        {
+            true => Err(SceneError::invalid(
+                format!("light goes through a side of {called}"),
+                "make its `front` and its `back` of what reflects alone",
+            )),
+            false => Ok(seen),
+        }
+    };
+    material.parts().iter().map(look).collect::<Result<_, _>>().map_err(|error| called.place(error))
 }
 
 fn look_at(varying: &Varying, surface: &Looked, name: &str) -> Result<Vec<Bsdf>, SceneError> {

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use sampling::bsdf::{Argument, Arguments, Bsdf, Domain, Misfit, Parameter, Preset};
+use sampling::bsdf::{Argument, Arguments, Bsdf, Domain, Lambert, Misfit, Parameter, Preset};
 use sampling::math::Spectrum;
 
 use super::reader::{Table, Value};
@@ -13,7 +13,7 @@ use super::{Origin, kind, subsurface};
 use crate::builder::{MaterialName, SceneBuilder};
 use crate::error::SceneError;
 use crate::import::translation::Attachment;
-use crate::material::{Blend, Material, MaterialId, Scattering, Varying};
+use crate::material::{Blend, Material, MaterialId, Scattering, Sided, Varying};
 use crate::relief::Relief;
 use crate::suggest::did_you_mean;
 use crate::texture::{Encoding, Texture};
@@ -32,9 +32,9 @@ impl Materials<'_> {
         self.by_name.get(name).map(|(id, _)| *id).ok_or_else(|| unknown(&value, name, &names))
     }
 
-    /// A material whose parameters vary.
-    pub fn varying(&self, name: &str) -> Option<&Varying> {
-        self.by_name.get(name)?.1.varying()
+    /// A material as it was given.
+    pub fn given(&self, name: &str) -> Option<&Material> {
+        Some(&self.by_name.get(name)?.1)
     }
 }
 
@@ -74,6 +74,7 @@ pub(super) fn constant(root: &Table, name: &str) -> Result<Bsdf, SceneError> {
             Err(table.error(format!("`{name}` is looked at in one point, and varies"), mend))
         }
         Material::Subsurface(_) => Err(table.error(format!("`{name}` is a body"), "name a material with a BSDF alone")),
+        Material::Sided(_) => Err(table.error(format!("`{name}` has two sides"), "name what one of them is made of")),
     }
 }
 
@@ -94,6 +95,8 @@ const MOST_NESTED: usize = 64;
 
 /// What every material understands beside its model's parameters.
 const COMMON: [&str; 4] = ["type", "normal_map", "bump_map", "opacity"];
+/// The name of the type that has a front and a back.
+const SIDED: &str = "sided";
 
 impl<'a, 'f> Reader<'a, 'f> {
     fn new(root: &Table<'a>, folder: Option<&'f Path>, attachments: &'f [Attachment]) -> Result<Self, SceneError> {
@@ -115,9 +118,11 @@ impl<'a, 'f> Reader<'a, 'f> {
 
     /// Reads one material: its `type` is the name of a model, its other keys are that model's parameters and [`COMMON`] ones.
     fn material(&self, table: &Table<'a>, within: &mut Vec<&'a str>) -> Result<Material, SceneError> {
-        let names: Vec<&str> = Bsdf::MODELS.iter().map(|model| model.name).chain([subsurface::NAME]).collect();
-        let Some(model) = Bsdf::model(kind(table, &names)?) else {
-            return subsurface::read(table, within.last().expect("what is read has a name"));
+        let names = Bsdf::MODELS.iter().map(|model| model.name).chain([subsurface::NAME, SIDED]);
+        let model = match kind(table, &names.collect::<Vec<_>>())? {
+            SIDED => return self.sided(table, within),
+            subsurface::NAME => return subsurface::read(table, within.last().expect("what is read has a name")),
+            name => Bsdf::model(name).expect("it is in the list"),
         };
         let keys: Vec<&str> = COMMON.into_iter().chain(model.parameters.iter().map(|p| p.name)).collect();
         table.allow_only(&keys)?;
@@ -153,6 +158,31 @@ impl<'a, 'f> Reader<'a, 'f> {
                 (varying.relief, varying.opacity) = (relief, opacity);
                 Ok(varying.into())
             }
+        }
+    }
+
+    /// `{ type = "sided", front, back, opacity }`: a side that is left out is black.
+    fn sided(&self, table: &Table<'a>, within: &mut Vec<&'a str>) -> Result<Material, SceneError> {
+        table.allow_only(&["type", "front", "back", "opacity"])?;
+        let mut side = |key: &str| match table.get(key) {
+            Some(value) => self.side(&value, within),
+            None => Ok(Varying::of(Scattering::Same(Lambert { albedo: Spectrum::ZERO }.into()))),
+        };
+        let sides = [side("front")?, side("back")?];
+        Ok(Sided::new(sides, self.opacity(table)?).into())
+    }
+
+    /// The material that a side names.
+    fn side(&self, value: &Value<'a>, within: &mut Vec<&'a str>) -> Result<Varying, SceneError> {
+        match self.other(value, within)? {
+            Material::Constant(bsdf) => Ok(Varying::of(Scattering::Same(bsdf))),
+            Material::Varying(varying) if varying.opacity.is_none() => Ok(*varying),
+            Material::Varying(_) => {
+                Err(value
+                    .error("it must be the name of a material without opacity; give the material of both sides that"))
+            }
+            Material::Subsurface(_) => Err(value.error("it must be the name of a material without subsurface")),
+            Material::Sided(_) => Err(value.error("it must be the name of a material that has not two sides itself")),
         }
     }
 
@@ -240,12 +270,30 @@ impl<'a, 'f> Reader<'a, 'f> {
                 let table = read(&bytes).map_err(|mend| value.error(format!("{}: {mend}", path.display())))?;
                 constant(Argument::Table(table))
             }
-            Domain::Model => Ok(Some(Given::Part(self.other(&value, within)?))),
+            Domain::Model => Ok(Some(Given::Part(self.part(&value, within)?))),
         }
     }
 
-    /// The material that another names, which may have neither relief nor opacity.
-    fn other(&self, value: &Value<'a>, within: &mut Vec<&'a str>) -> Result<Scattering, SceneError> {
+    /// The material that a mix names, which may have neither relief nor opacity.
+    fn part(&self, value: &Value<'a>, within: &mut Vec<&'a str>) -> Result<Scattering, SceneError> {
+        match self.other(value, within)? {
+            Material::Constant(bsdf) => Ok(Scattering::Same(bsdf)),
+            Material::Varying(varying) if varying.relief.is_none() && varying.opacity.is_none() => {
+                Ok(varying.scattering)
+            }
+            Material::Varying(_) => {
+                let mend = "of a material without normal map, bump map and opacity; give the mix itself those";
+                Err(value.error(format!("it must be the name {mend}")))
+            }
+            Material::Subsurface(_) => Err(value.error("it must be the name of a material without subsurface")),
+            Material::Sided(_) => {
+                Err(value.error("it must be the name of a material that has not two sides; give each side a mix"))
+            }
+        }
+    }
+
+    /// The material that another names.
+    fn other(&self, value: &Value<'a>, within: &mut Vec<&'a str>) -> Result<Material, SceneError> {
         let name = value.text()?;
         let names: Vec<&str> = self.tables.iter().map(|(name, _)| *name).collect();
         let Some((name, table)) = self.tables.iter().find(|(other, _)| *other == name) else {
@@ -260,17 +308,7 @@ impl<'a, 'f> Reader<'a, 'f> {
         within.push(name);
         let material = self.named(name, table, within)?;
         within.pop();
-        match material {
-            Material::Constant(bsdf) => Ok(Scattering::Same(bsdf)),
-            Material::Varying(varying) if varying.relief.is_none() && varying.opacity.is_none() => {
-                Ok(varying.scattering)
-            }
-            Material::Varying(_) => {
-                let mend = "of a material without normal map, bump map and opacity; give the mix itself those";
-                Err(value.error(format!("it must be the name {mend}")))
-            }
-            Material::Subsurface(_) => Err(value.error("it must be the name of a material without subsurface")),
-        }
+        Ok(material)
     }
 }
 

@@ -14,6 +14,7 @@ use super::{kind, tables, transform};
 use crate::builder::{Emission, MeshData, SceneBuilder, ShapeId};
 use crate::error::SceneError;
 use crate::import::{obj, ply, polygon};
+use crate::material::Material;
 use crate::texture::{Encoding, Texture};
 
 /// Keys that every shape understands.
@@ -215,8 +216,9 @@ impl Reader<'_> {
             }
             builder.transform(shape, map);
         }
-        if let Some(varying) = table.get("material").and_then(|m| self.materials.varying(m.text().ok()?)) {
-            let textures = varying.scattering.models().into_iter().flat_map(|parameters| parameters.textures());
+        let material = table.get("material").and_then(|m| self.materials.given(m.text().ok()?));
+        for part in material.map_or(&[][..], Material::parts) {
+            let textures = part.scattering.models().into_iter().flat_map(|parameters| parameters.textures());
             for (name, domain, texture) in textures.filter(|(.., texture)| texture.axis().is_some()) {
                 let Some((low, high)) = builder.range(shape, texture) else { continue };
                 if !domain.holds(low) || !domain.holds(high) {

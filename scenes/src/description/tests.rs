@@ -8,6 +8,7 @@ mod cameras;
 mod emitters;
 mod groups;
 mod shapes;
+mod sides;
 mod textures;
 
 const CAMERA: &str = "[camera]\nposition = [0, 0, 3]\ntarget = [0, 0, 0]\n";

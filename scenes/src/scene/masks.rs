@@ -17,7 +17,7 @@ impl Scene {
     /// The first surface point on the ray's interval (0, `t_max`) that the ray meets.
     #[inline(never)]
     pub(super) fn intersect_masked(&self, ray: &Ray) -> Option<Interaction> {
-        let interaction = self.interaction(self.first_met(ray)?);
+        let interaction = self.interaction(self.first_met(ray)?, ray.d);
         Some(Interaction { t: (interaction.point.p - ray.o).dot(ray.d) / ray.d.length_squared(), ..interaction })
     }
 

@@ -4,7 +4,7 @@ use super::Scene;
 use crate::accel::Hit;
 use crate::emitter::Emitter;
 use crate::interaction::{Interaction, Normals};
-use crate::material::{Material, Varying};
+use crate::material::{Material, Scattering, Varying};
 use crate::ray::SurfacePoint;
 use crate::relief::Derivatives;
 use crate::surface::Surface;
@@ -25,21 +25,21 @@ pub(super) struct Found<'a> {
 }
 
 impl Scene {
-    /// The surface at a hit, its material read.
+    /// The surface at a hit of a ray of direction `d`, its material read.
     #[inline(always)]
-    pub(crate) fn interaction(&self, hit: Hit) -> Interaction {
+    pub(crate) fn interaction(&self, hit: Hit, d: Vec3) -> Interaction {
         let found = self.found(&hit);
         match &self.materials[found.surface.material.0 as usize] {
             Material::Constant(bsdf) => found.finish(*bsdf, self.frame(&hit, &found, bsdf)),
             Material::Varying(varying) => self.varying_interaction(&hit, &found, varying),
             Material::Subsurface(body) => found.finish(body.boundary(), Frame::from_z(found.ns)),
+            Material::Sided(sided) => self.varying_interaction(&hit, &found, sided.met(d, found.point.ng)),
         }
     }
 
     /// How much of a ray that comes here is met.
     pub(super) fn opacity(&self, hit: &Hit, found: &Found) -> f32 {
-        let varying = self.materials[found.surface.material.0 as usize].varying();
-        let Some(opacity) = varying.and_then(|varying| varying.opacity.as_ref()) else { return 1.0 };
+        let Some(opacity) = self.materials[found.surface.material.0 as usize].opacity() else { return 1.0 };
         opacity.at(&self.coordinates(hit, found)).mean()
     }
 
@@ -106,6 +106,9 @@ impl Scene {
 
     #[inline(never)]
     fn varying_interaction(&self, hit: &Hit, found: &Found, varying: &Varying) -> Interaction {
+        if let (Scattering::Same(bsdf), None) = (&varying.scattering, &varying.relief) {
+            return found.finish(*bsdf, self.frame(hit, found, bsdf));
+        }
         let at = self.coordinates(hit, found);
         let bsdf = varying.scattering.at(&at);
         let Some(relief) = &varying.relief else { return found.finish(bsdf, self.frame(hit, found, &bsdf)) };

@@ -23,8 +23,6 @@ pub struct Setting<'n> {
     pub name: &'n str,
     /// Whether v of the shape is Mitsuba's turned over.
     pub turned: bool,
-    /// Whether it is within `twosided`.
-    pub two_sided: bool,
 }
 
 /// What a `bsdf` becomes.
@@ -44,15 +42,7 @@ pub fn describe<'a>(
         "blendbsdf" | "mixturebsdf" => super::material::blend(&plugin, setting, context)?,
         _ => model(&plugin, context)?,
     };
-    context.mapped(element, &format!("`{}`", description.model));
-    let one_sided = matches!(
-        plugin.kind(),
-        "diffuse" | "roughdiffuse" | "conductor" | "roughconductor" | "plastic" | "roughplastic" | "phong" | "ward"
-    );
-    if one_sided && !setting.two_sided {
-        let text = format!("a `{}` without `twosided` is black from behind; here both sides scatter", plugin.kind());
-        context.approximate(plugin.place(), text);
-    }
+    context.mapped(element, &format!("`{}`", description.kind()));
     plugin.finish(context);
     context.leave();
     Ok(description)
@@ -60,17 +50,30 @@ pub fn describe<'a>(
 
 fn two_sided<'a>(plugin: &Plugin<'a>, setting: Setting, context: &mut Context<'a>) -> Result<Description, SceneError> {
     let sides = plugin.tagged("bsdf");
-    if sides.len() > 1 {
-        context.approximate(plugin.place(), "a `twosided` with a material for each side has that of its front on both");
+    match sides[..] {
+        [] => Err(plugin.place().error("`twosided` holds no material", "add a `bsdf`")),
+        [both] => Ok(describe(both, setting, context)?.two_sided()),
+        [front, back, ..] => {
+            let front = describe(front, setting, context)?;
+            let name = &format!("{}_back", setting.name);
+            let back = describe(back, Setting { name, ..setting }, context)?;
+            Ok(front.backed(back, context))
+        }
     }
-    let Some(front) = sides.first() else {
-        return Err(plugin.place().error("`twosided` holds no material", "add a `bsdf`"));
-    };
-    describe(front, Setting { two_sided: true, ..setting }, context)
 }
 
-/// A model that holds no other.
+/// A model that holds no other. Without `twosided` those that reflect alone are black from behind.
 fn model<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Description, SceneError> {
+    let description = both_sides(plugin, context)?;
+    Ok(match plugin.kind() {
+        "diffuse" | "lambertian" | "roughdiffuse" | "conductor" | "roughconductor" | "plastic" | "roughplastic"
+        | "phong" | "ward" => description.one_sided(),
+        "principled" if !description.transmits => description.one_sided(),
+        _ => description,
+    })
+}
+
+fn both_sides<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Description, SceneError> {
     let place = plugin.place();
     let mut parameter = |names: &[&str], otherwise: f64, quantity: Quantity| {
         let name = names.iter().copied().find(|name| plugin.part(name).is_some()).unwrap_or(names[0]);
@@ -309,7 +312,11 @@ fn principled<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Desc
         ("spec_trans", "spec_trans", 0.0),
     ];
     for (theirs, ours, otherwise) in numbers {
-        description = description.with(ours, texture::parameter(plugin, theirs, Reflectance, otherwise, context)?);
+        let given = texture::parameter(plugin, theirs, Reflectance, otherwise, context)?;
+        if theirs == "spec_trans" && given.number() != Some(0.0) {
+            description = description.transmitting();
+        }
+        description = description.with(ours, given);
     }
     // Burley's `specular` is an F₀ of 0.08 at 1.
     let eta = match (plugin.float("eta")?, plugin.float("specular")?) {

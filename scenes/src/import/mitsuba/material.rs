@@ -1,5 +1,9 @@
 //! Materials as they are written, and what is made of other materials.
 
+mod blend;
+
+pub use blend::blend;
+
 use super::bsdf::{BLACK, Setting, describe};
 use super::context::Context;
 use super::plugin::Plugin;
@@ -53,13 +57,66 @@ pub struct Description {
     /// `normal_map` or `bump_map`, and what it is.
     relief: Option<(&'static str, Texture)>,
     opacity: Option<Texture>,
+    /// Its other side.
+    behind: Behind,
+    /// Whether light may go through it.
+    pub transmits: bool,
     place: Place,
+}
+
+/// The back of a material.
+#[derive(Clone, Debug)]
+enum Behind {
+    /// It is as the front.
+    Same,
+    Black,
+    /// It has no back of its own.
+    Other(Box<Description>),
 }
 
 impl Description {
     /// A model with its presets.
     pub fn new(model: &'static str, place: &Place) -> Self {
-        Self { model, keys: Vec::new(), share: 1.0, relief: None, opacity: None, place: place.clone() }
+        let (keys, behind, place) = (Vec::new(), Behind::Same, place.clone());
+        let transmits = matches!(model, "dielectric" | "thin_glass" | "rough_dielectric" | "null");
+        Self { model, keys, share: 1.0, relief: None, opacity: None, behind, transmits, place }
+    }
+
+    /// The same, through which light may go.
+    pub fn transmitting(self) -> Self {
+        Self { transmits: true, ..self }
+    }
+
+    /// The same, black from behind; what reflects nothing is so anyway.
+    pub fn one_sided(self) -> Self {
+        let black = ("albedo", Value::Texture(Texture::grey(0.0)));
+        let behind = if self.keys.contains(&black) && self.model == "lambert" { Behind::Same } else { Behind::Black };
+        Self { behind, ..self }
+    }
+
+    /// The same with its front on both sides.
+    pub fn two_sided(self) -> Self {
+        Self { behind: Behind::Same, ..self }
+    }
+
+    /// This for a front and that for a back.
+    pub fn backed(self, back: Self, context: &mut Context) -> Self {
+        if self.transmits || back.transmits {
+            context
+                .approximate(&self.place, "of a `twosided` that light goes through the front is taken for both sides");
+            return self.two_sided();
+        }
+        let (mut front, mut back) = (self, back.two_sided());
+        if front.opacity.take().is_some() | back.opacity.take().is_some() {
+            context.approximate(&front.place, "a side of a `twosided` has no mask of its own: it is left out");
+        }
+        front.behind = Behind::Other(Box::new(back));
+        front
+    }
+
+    /// What it becomes, in a word.
+    pub fn kind(&self) -> &'static str {
+        if matches!(self.behind, Behind::Other(_)) { "sided" } else { self.model }
     }
 
     /// The same with a parameter more.
@@ -105,7 +162,8 @@ impl Description {
 
     /// The same without what may not be in a part of a mix.
     fn for_mix(mut self, context: &mut Context) -> Self {
-        if self.relief.take().is_some() | self.opacity.take().is_some() {
+        let behind = if let Behind::Other(back) = &mut self.behind { back.relief.take() } else { None };
+        if self.relief.take().is_some() | self.opacity.take().is_some() | behind.is_some() {
             context.approximate(&self.place, "a part of a blend has no masks and maps of its own: they are left out");
         }
         self
@@ -113,6 +171,28 @@ impl Description {
 
     /// Writes it under this name.
     fn write(&self, name: &str, turned: bool, context: &mut Context) {
+        let front = match self.behind {
+            Behind::Same => return self.write_side(name, self.opacity.as_ref(), turned, context),
+            _ => context.fresh_name(&format!("{name}_front")),
+        };
+        self.write_side(&front, None, turned, context);
+        let mut sides = vec![("front", Value::Word(front))];
+        if let Behind::Other(back) = &self.behind {
+            let name = context.fresh_name(&format!("{name}_back"));
+            back.write_side(&name, None, turned, context);
+            sides.push(("back", Value::Word(name)));
+        }
+        let mut lines = Lines::default();
+        lines.table(&self.place, format!("[materials.{}]", key(name)));
+        write_keys(&mut lines, &self.place, "sided", &sides, turned);
+        if let Some(opacity) = &self.opacity {
+            lines.key(&self.place, "opacity", opacity.toml(turned));
+        }
+        context.materials.append(lines);
+    }
+
+    /// Writes one side of it, or both if they are the same.
+    fn write_side(&self, name: &str, opacity: Option<&Texture>, turned: bool, context: &mut Context) {
         let mut lines = Lines::default();
         let header = |name: &str| format!("[materials.{}]", key(name));
         let (mut model, mut keys) = (self.model, self.keys.clone());
@@ -130,7 +210,7 @@ impl Description {
         if let Some((kind, map)) = &self.relief {
             lines.key(&self.place, kind, map.toml(turned));
         }
-        if let Some(opacity) = &self.opacity {
+        if let Some(opacity) = opacity {
             lines.key(&self.place, "opacity", opacity.toml(turned));
         }
         context.materials.append(lines);
@@ -144,14 +224,15 @@ fn write_keys(lines: &mut Lines, place: &Place, model: &str, keys: &[(&'static s
     }
 }
 
-/// Writes the black material, once.
-fn black(place: &Place, context: &mut Context) {
+/// The name of the black material, which is written once.
+fn black(place: &Place, context: &mut Context) -> String {
     let key = (std::ptr::null(), false);
     if context.material_names.insert(key, BLACK.to_string()).is_none() {
         context.materials.table(place, format!("[materials.{BLACK}]"));
         context.materials.key(place, "type", quoted("lambert"));
         context.materials.key(place, "albedo", "0.0");
     }
+    BLACK.to_string()
 }
 
 /// The name of the material that a `bsdf` becomes, written where it is first asked for; `turned` where the shape's v is
@@ -163,20 +244,23 @@ pub fn named<'a>(element: &'a Element, turned: bool, context: &mut Context<'a>) 
     }
     let own = element.attribute("id").map(str::to_string);
     let name = context.fresh_name(&own.unwrap_or_else(|| format!("{}_line{}", element.kind(), element.place.line)));
-    let setting = Setting { name: &name, turned, two_sided: false };
+    let setting = Setting { name: &name, turned };
     describe(element, setting, context)?.write(&name, turned, context);
     context.material_names.insert(key, name.clone());
     Ok(name)
 }
 
-/// The material of shapes that have none: matte, of albedo ½.
-pub fn usual(place: &Place, context: &mut Context) -> String {
+/// The material of shapes that have none: black where they emit, else matte, of albedo ½.
+pub fn usual(place: &Place, emits: bool, context: &mut Context) -> String {
+    if emits {
+        return black(place, context);
+    }
     let key = (std::ptr::null(), true);
     if let Some(name) = context.material_names.get(&key) {
         return name.clone();
     }
     let name = context.fresh_name("default");
-    Description::new("lambert", place).write(&name, false, context);
+    Description::new("lambert", place).one_sided().write(&name, false, context);
     context.material_names.insert(key, name.clone());
     name
 }
@@ -220,13 +304,17 @@ pub fn layered<'a>(
             if description.relief.is_some() {
                 context.approximate(place, "of two maps one over the other only the outer is kept");
             }
-            description.relief = match kind {
+            let relief = match kind {
                 "normalmap" => Some(("normal_map", linear(own))),
                 _ => match linear(own).scaled([scale; 3]) {
                     Some(heights) if heights.constant().is_none() => Some(("bump_map", heights)),
                     _ => None,
                 },
             };
+            if let Behind::Other(back) = &mut description.behind {
+                back.relief = relief.clone();
+            }
+            description.relief = relief;
         }
     }
     Ok(description)
@@ -240,60 +328,4 @@ fn linear(texture: Texture) -> Texture {
         }
         other => other,
     }
-}
-
-/// Materials side by side: `blendbsdf` with its `weight`, `mixturebsdf` of older files with its `weights`.
-pub fn blend<'a>(plugin: &Plugin<'a>, setting: Setting, context: &mut Context<'a>) -> Result<Description, SceneError> {
-    let place = plugin.place();
-    let mut parts = Vec::new();
-    for part in plugin.tagged("bsdf") {
-        let description = describe(part, setting, context)?.for_mix(context);
-        let name = context.fresh_name(&format!("{}_part{}", setting.name, parts.len() + 1));
-        description.write(&name, setting.turned, context);
-        parts.push(name);
-    }
-    let amounts: Vec<Texture> = if plugin.kind() == "blendbsdf" {
-        vec![texture::parameter(plugin, "weight", Quantity::Reflectance, 0.5, context)?]
-    } else {
-        shares(plugin, parts.len(), context)?.into_iter().map(Texture::grey).collect()
-    };
-    if parts.len() != amounts.len() + 1 {
-        let message = format!("`{}` has {} materials for {} weights", plugin.kind(), parts.len(), amounts.len());
-        return Err(place.error(message, "a `blendbsdf` has two materials, a `mixturebsdf` a weight for each"));
-    }
-    // A mix of a mix: each amount is the share of the last part in what is gathered so far.
-    let mut whole = parts.remove(0);
-    let last = amounts.len() - 1;
-    for (i, (part, amount)) in parts.into_iter().zip(amounts).enumerate() {
-        let mix = Description::new("mix", place).with("first", Value::Word(whole)).with("second", Value::Word(part));
-        let mix = mix.with("amount", amount);
-        if i == last {
-            return Ok(mix);
-        }
-        whole = context.fresh_name(&format!("{}_mix{}", setting.name, i + 1));
-        mix.write(&whole, setting.turned, context);
-    }
-    Err(place.error("a blend has no parts", "add two materials"))
-}
-
-/// Of a `mixturebsdf`, the share of each part but the first in it and those before it.
-fn shares<'a>(plugin: &Plugin<'a>, parts: usize, context: &mut Context<'a>) -> Result<Vec<f64>, SceneError> {
-    let text = plugin.text("weights")?.unwrap_or("");
-    let weights = super::plugin::finite_list(text, "weights", plugin.place())?;
-    let total: f64 = weights.iter().sum();
-    if weights.len() != parts || parts < 2 || weights.iter().any(|&weight| weight < 0.0) || total <= 0.0 {
-        let message = format!("the `weights` of a `mixturebsdf` of {parts} materials are `{text}`");
-        return Err(plugin.place().error(message, "give a weight of 0 or more for each of two materials or more"));
-    }
-    if (total - 1.0).abs() > 1e-9 {
-        context.approximate(plugin.place(), "the weights of a `mixturebsdf` are scaled to 1 in all");
-    }
-    let mut so_far = weights[0];
-    Ok(weights[1..]
-        .iter()
-        .map(|&weight| {
-            so_far += weight;
-            if so_far > 0.0 { weight / so_far } else { 0.5 }
-        })
-        .collect())
 }

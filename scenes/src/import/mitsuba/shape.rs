@@ -61,11 +61,12 @@ fn write_one<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<(), 
     let flipped = plugin.boolean("flip_normals")?.unwrap_or(false);
     let Some(form) = form(&plugin, to_world, context)? else { return Ok(()) };
     context.mapped(element, &format!("`{}`", form.kind));
+    let emitters = plugin.tagged("emitter");
     let material = match plugin.tagged("bsdf").first() {
         Some(bsdf) => material::named(bsdf, form.turned, context)?,
-        None => material::usual(&element.place, context),
+        None => material::usual(&element.place, !emitters.is_empty(), context),
     };
-    let emission = match plugin.tagged("emitter").first() {
+    let emission = match emitters.first() {
         Some(emitter) => radiance(emitter, form.turned, context)?,
         None => None,
     };
