@@ -11,6 +11,7 @@ mod emitters;
 mod environment;
 mod false_alarms;
 mod faults;
+mod gltf;
 mod instances;
 mod irradiance;
 mod meshes;

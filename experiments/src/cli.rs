@@ -36,7 +36,7 @@ pub enum Command {
     Render(RenderArgs),
     /// Say what a scene holds, what it needs, and what will be skipped.
     Scene(SceneArgs),
-    /// Write another program's scene (Mitsuba's .xml, .pbrt, or .obj) as a scene file.
+    /// Write another program's scene (Mitsuba's .xml, .pbrt, .gltf, .glb, or .obj) as a scene file.
     Convert(ConvertArgs),
     /// Say how far one image file is from another, layer by layer.
     Diff(DiffArgs),
@@ -92,7 +92,7 @@ pub struct RunArgs {
 /// `neumann render`.
 #[derive(Clone, Debug, Args)]
 pub struct RenderArgs {
-    /// A built-in scene's name (see `neumann list scenes`) or a file: .toml, .obj, .ply, Mitsuba's .xml, .pbrt.
+    /// A built-in scene's name (see `neumann list scenes`) or a file: .toml, .obj, .ply, .gltf, .glb, Mitsuba's .xml, .pbrt.
     pub scene: String,
     /// The method (see `neumann list methods`).
     #[arg(long, short = 'i', value_name = "METHOD", default_value = "path")]
@@ -170,7 +170,7 @@ pub struct SceneArgs {
 /// `neumann convert`.
 #[derive(Clone, Debug, Args)]
 pub struct ConvertArgs {
-    /// The scene: Mitsuba's .xml, .pbrt, or .obj.
+    /// The scene: Mitsuba's .xml, .pbrt, .gltf, .glb, or .obj.
     pub scene: String,
     /// The scene file to write; meshes that have no file of their own are written beside it.
     #[arg(long, short, value_name = "SCENE.toml")]

@@ -6,7 +6,7 @@ use crate::builder::SceneBuilder;
 use crate::description::{self, Origin};
 use crate::error::SceneError;
 use crate::import::translation::{Note, Translation};
-use crate::import::{mitsuba, obj, pbrt, ply};
+use crate::import::{gltf, mitsuba, obj, pbrt, ply};
 use crate::needs::Skip;
 use crate::scene::Scene;
 use crate::suggest::did_you_mean;
@@ -27,7 +27,7 @@ pub fn builtin_names() -> &'static [&'static str] {
 }
 
 /// Loads a built-in scene by its name, or a file by its path: `.toml` (see [`description`]), `.obj` (see [`obj`]), `.ply` (see
-/// [`ply`]), `.xml` (see [`mitsuba`]) or `.pbrt` (see [`pbrt`]).
+/// [`ply`]), `.xml` (see [`mitsuba`]), `.pbrt` (see [`pbrt`]), `.gltf` or `.glb` (see [`gltf`]).
 ///
 /// A path is told from a name by its ending or a separator; a file never hides a built-in.
 pub fn load(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneError> {
@@ -51,7 +51,7 @@ pub fn open(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder
 pub fn open_with_notes(name_or_path: &str, size: Option<(u32, u32)>) -> Result<(SceneBuilder, Vec<Note>), SceneError> {
     let path = Path::new(name_or_path);
     let has_ending = |wanted: &str| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(wanted));
-    let is_foreign = has_ending("xml") || has_ending("pbrt");
+    let is_foreign = ["xml", "pbrt", "gltf", "glb"].into_iter().any(has_ending);
     if !is_foreign {
         return open_own(name_or_path, size).map(|builder| (builder, Vec::new()));
     }
@@ -95,7 +95,7 @@ fn open_own(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder
 }
 
 /// A foreign scene as the text of a scene file whose paths start at the folder `base`: `.xml` (see [`mitsuba`]), `.pbrt` (see
-/// [`pbrt`]), or `.obj`.
+/// [`pbrt`]), `.gltf` or `.glb` (see [`gltf`]), or `.obj`.
 pub fn translation(path: &str, base: &Path) -> Result<Translation, SceneError> {
     let path = Path::new(path);
     if !path.is_file() {
@@ -105,21 +105,28 @@ pub fn translation(path: &str, base: &Path) -> Result<Translation, SceneError> {
     match path.extension() {
         Some(ending) if ending.eq_ignore_ascii_case("xml") => mitsuba::translate(path, base, &stem),
         Some(ending) if ending.eq_ignore_ascii_case("pbrt") => pbrt::translate(path, base, &stem),
-        Some(ending) if ending.eq_ignore_ascii_case("obj") => obj::translate(path, base),
-        _ => {
-            Err(SceneError::invalid("this kind of file is not translated", "give a .xml, .pbrt or .obj file")
-                .in_file(path))
+        Some(ending) if ending.eq_ignore_ascii_case("gltf") || ending.eq_ignore_ascii_case("glb") => {
+            gltf::translate(path, base, &stem)
         }
+        Some(ending) if ending.eq_ignore_ascii_case("obj") => obj::translate(path, base),
+        _ => Err(SceneError::invalid(
+            "this kind of file is not translated",
+            "give a .xml, .pbrt, .gltf, .glb or .obj file",
+        )
+        .in_file(path)),
     }
 }
 
 fn unknown(name: &str, path: &Path) -> SceneError {
     if path.exists() {
-        let mend = "scenes are read from `.toml`, `.obj`, `.ply`, Mitsuba's `.xml` and pbrt's `.pbrt` files";
+        let mend =
+            "scenes are read from `.toml`, `.obj`, `.ply`, `.gltf`, `.glb`, Mitsuba's `.xml` and pbrt's `.pbrt` files";
         return SceneError::invalid("this kind of file is not read", mend).in_file(path);
     }
-    let mend =
-        format!("{}; or give the path of a .toml, .obj, .ply, .xml or .pbrt file", did_you_mean(name, builtin::NAMES));
+    let mend = format!(
+        "{}; or give the path of a .toml, .obj, .ply, .gltf, .glb, .xml or .pbrt file",
+        did_you_mean(name, builtin::NAMES)
+    );
     SceneError::Unknown { name: name.to_string(), mend }
 }
 
@@ -134,7 +141,7 @@ fn unreadable(path: &Path, error: std::io::Error) -> SceneError {
     let siblings: Vec<&str> = siblings.iter().map(String::as_str).collect();
     let mend = match suggest::nearest(name, &siblings) {
         Some(near) if near != name => format!("did you mean `{}`?", path.with_file_name(near).display()),
-        _ => "give the path of a .toml, .obj, .ply, .xml or .pbrt file".to_string(),
+        _ => "give the path of a .toml, .obj, .ply, .gltf, .glb, .xml or .pbrt file".to_string(),
     };
     SceneError::unreadable(path, error, mend)
 }

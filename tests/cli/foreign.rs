@@ -29,7 +29,7 @@ fn a_scene_renders_to_the_same_bits_as_it_is_and_converted() {
     let folder = folder_with(&[("room.xml", SCENE)]);
     std::fs::create_dir(folder.path().join("out")).unwrap();
     let text = succeed(folder.path(), &["convert", "room.xml", "-o", "out/room.toml"]);
-    assert!(text.contains("1 meshes beside it") && text.contains("becomes a mesh"), "{text}");
+    assert!(text.contains("1 files beside it") && text.contains("becomes a mesh"), "{text}");
     let render = |scene: &str, name: &str| {
         let (image, stats) = (format!("{name}.exr"), format!("{name}.json"));
         succeed(folder.path(), &["render", scene, "--spp", "4", "-o", &image, "--stats", &stats]);
@@ -71,4 +71,40 @@ fn what_was_approximated_is_told_and_may_be_an_error() {
     refused(folder.path(), &["convert", "rom.xml", "-o", "b.toml"], &["did you mean `room.xml`"]);
     succeed(folder.path(), &["convert", "ball.obj", "-o", "ball.toml"]);
     succeed(folder.path(), &["scene", "ball.toml"]);
+}
+
+const MODEL: &str = r#"{
+  "asset": { "version": "2.0" },
+  "nodes": [{ "mesh": 0 }, { "mesh": 0, "translation": [-2, 0.5, -1] }, { "mesh": 0, "scale": [1, -1, 1] }],
+  "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0, "TEXCOORD_0": 1 }, "material": 0 }] }],
+  "materials": [{ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 }, "metallicFactor": 0 } }],
+  "textures": [{ "source": 0 }],
+  "images": [{ "uri": "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==" }],
+  "accessors": [
+    { "bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3 },
+    { "bufferView": 0, "byteOffset": 36, "componentType": 5126, "type": "VEC2", "count": 3 }
+  ],
+  "bufferViews": [{ "buffer": 0, "byteLength": 60 }],
+  "buffers": [{ "byteLength": 60, "uri": "data:;base64,AAAAAAAAAAAAAAAAAAAAQAAAAAAAAAAAAAAAAAAAAEAAAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAAAAIA/" }]
+}"#;
+
+#[test]
+fn what_a_gltf_file_holds_is_written_beside_its_scene_file() {
+    let folder = folder_with(&[("model.gltf", MODEL)]);
+    std::fs::create_dir(folder.path().join("out")).unwrap();
+    let text = succeed(folder.path(), &["convert", "model.gltf", "-o", "out/model.toml"]);
+    assert!(text.contains("2 files beside it") && text.contains("becomes `principled`"), "{text}");
+    let render = |scene: &str, name: &str| {
+        let (image, stats) = (format!("{name}.exr"), format!("{name}.json"));
+        let settings = ["--spp", "4", "--size", "12x8", "--max-order", "2"];
+        succeed(folder.path(), &[&["render", scene, "-o", &image, "--stats", &stats], &settings[..]].concat());
+        json(folder.path(), &stats)["orders"].clone()
+    };
+    assert_eq!(render("model.gltf", "a"), render("out/model.toml", "b"));
+    // Again, over what it wrote itself, and not over another image.
+    succeed(folder.path(), &["convert", "model.gltf", "-o", "out/model.toml"]);
+    std::fs::write(folder.path().join("out/model_image001.png"), "mine").unwrap();
+    let words = ["model_image001.png", "was not made by neumann"];
+    refused(folder.path(), &["convert", "model.gltf", "-o", "out/model.toml"], &words);
+    refused(folder.path(), &["scene", "model.glb"], &["did you mean", "model.gltf"]);
 }

@@ -1,13 +1,11 @@
 //! `[[emitters]]` of scene files: those that are not surfaces.
 
-use std::path::Path;
-
 use glam::DMat3;
 use sampling::math::Spectrum;
 
 use super::reader::{Table, Value};
 use super::textures::{Textures, choice};
-use super::{kind, tables, transform};
+use super::{Origin, kind, tables, transform};
 use crate::builder::{ChoiceRule, EnvironmentImage, Falloff, Mapping, SceneBuilder, Spot};
 use crate::error::SceneError;
 use crate::texture::Encoding;
@@ -24,7 +22,7 @@ use crate::texture::Encoding;
 ///   the others linear.
 ///
 /// There is one `constant` or one `environment` at most. `emitter_choice` of the root is one of [`ChoiceRule::NAMES`].
-pub(super) fn read(root: &Table, folder: Option<&Path>, builder: &mut SceneBuilder) -> Result<(), SceneError> {
+pub(super) fn read(root: &Table, origin: &Origin, builder: &mut SceneBuilder) -> Result<(), SceneError> {
     let mut surroundings: Option<&str> = None;
     for table in &tables(root, "emitters")? {
         let kind = kind(table, &["point", "spot", "directional", "constant", "environment"])?;
@@ -48,7 +46,7 @@ pub(super) fn read(root: &Table, folder: Option<&Path>, builder: &mut SceneBuild
                 surroundings = Some(kind);
             }
             _ => {
-                read_environment(table, folder, builder)?;
+                read_environment(table, origin, builder)?;
                 surroundings = Some(kind);
             }
         }
@@ -99,10 +97,10 @@ fn read_directional(table: &Table, builder: &mut SceneBuilder) -> Result<(), Sce
     Ok(())
 }
 
-fn read_environment(table: &Table, folder: Option<&Path>, builder: &mut SceneBuilder) -> Result<(), SceneError> {
+fn read_environment(table: &Table, origin: &Origin, builder: &mut SceneBuilder) -> Result<(), SceneError> {
     table.allow_only(&["type", "image", "mapping", "scale", "transform"])?;
     let file = table.need("image", "\"sky.exr\"")?;
-    let image = Textures::new(folder).file(&file, None, Encoding::Srgb)?;
+    let image = Textures::new(origin.folder, origin.attachments).file(&file, None, Encoding::Srgb)?;
     let mapping = choice(table, "mapping", &Mapping::NAMES)?.map_or(Mapping::default(), |place| Mapping::ALL[place]);
     let scale = table.get("scale").map_or(Ok(Spectrum::ONE), |scale| emitted(&scale))?;
     let rotation = match table.get("transform") {

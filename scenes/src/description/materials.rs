@@ -9,9 +9,10 @@ use sampling::math::Spectrum;
 
 use super::reader::{Table, Value};
 use super::textures::{Textures, read_file};
-use super::{kind, subsurface};
+use super::{Origin, kind, subsurface};
 use crate::builder::{MaterialName, SceneBuilder};
 use crate::error::SceneError;
+use crate::import::translation::Attachment;
 use crate::material::{Blend, Material, MaterialId, Scattering, Varying};
 use crate::relief::Relief;
 use crate::suggest::did_you_mean;
@@ -44,14 +45,14 @@ fn unknown(value: &Value, name: &str, names: &[&str]) -> SceneError {
     value.error(format!("there is no such material: {}", did_you_mean(name, names)))
 }
 
-/// Reads every material of a scene file; files are looked for in `folder`.
+/// Reads every material of a scene file.
 pub(super) fn read<'a>(
     root: &Table<'a>,
-    folder: Option<&Path>,
+    origin: &Origin,
     builder: &mut SceneBuilder,
 ) -> Result<Materials<'a>, SceneError> {
     let mut by_name = BTreeMap::new();
-    let reader = Reader::new(root, folder)?;
+    let reader = Reader::new(root, origin.folder, origin.attachments)?;
     for (name, table) in &reader.tables {
         let material = reader.named(name, table, &mut vec![*name])?;
         let in_messages = MaterialName { name: (*name).to_owned(), line: Some(table.line()) };
@@ -62,7 +63,7 @@ pub(super) fn read<'a>(
 
 /// The material of this name, which may not vary; the others are read only where it names them.
 pub(super) fn constant(root: &Table, name: &str) -> Result<Bsdf, SceneError> {
-    let reader = Reader::new(root, Some(Path::new(".")))?;
+    let reader = Reader::new(root, Some(Path::new(".")), &[])?;
     let Some((name, table)) = reader.tables.iter().find(|(other, _)| *other == name) else {
         return Err(root.error(format!("there is no material `{name}`"), format!("add a table `[materials.{name}]`")));
     };
@@ -95,11 +96,11 @@ const MOST_NESTED: usize = 64;
 const COMMON: [&str; 4] = ["type", "normal_map", "bump_map", "opacity"];
 
 impl<'a, 'f> Reader<'a, 'f> {
-    fn new(root: &Table<'a>, folder: Option<&'f Path>) -> Result<Self, SceneError> {
+    fn new(root: &Table<'a>, folder: Option<&'f Path>, attachments: &'f [Attachment]) -> Result<Self, SceneError> {
         let entries = root.get("materials").map(|value| value.table()).transpose()?.map(|table| table.entries());
         let tables = entries.unwrap_or_default().into_iter().map(|(name, value)| Ok((name, value.table()?)));
         let tables = tables.collect::<Result<_, SceneError>>()?;
-        Ok(Self { tables, folder, textures: Textures::new(folder), known: RefCell::default() })
+        Ok(Self { tables, folder, textures: Textures::new(folder, attachments), known: RefCell::default() })
     }
 
     /// The material of this name and table, read once. `within` are the names of the materials that are being read.

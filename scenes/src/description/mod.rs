@@ -74,7 +74,7 @@ pub struct Origin<'a> {
     pub file: &'a str,
     /// The folder that meshes are looked for in; `None` where a description cannot name files.
     pub folder: Option<&'a Path>,
-    /// Meshes that the description names and that are in no folder.
+    /// Meshes and images that the description names and that are in no folder.
     pub attachments: &'a [Attachment],
 }
 
@@ -100,9 +100,9 @@ pub fn read(text: &str, origin: Origin, size: Option<(u32, u32)>) -> Result<Scen
     }
     let mut builder = SceneBuilder::new(origin.scene);
     builder.series(read_series(&root)?);
-    let materials = materials::read(&root, origin.folder, &mut builder)?;
+    let materials = materials::read(&root, &origin, &mut builder)?;
     shapes::read(&root, &materials, &origin, &mut builder)?;
-    emitters::read(&root, origin.folder, &mut builder)?;
+    emitters::read(&root, &origin, &mut builder)?;
     let table = root
         .get("camera")
         .ok_or_else(|| root.error("the scene has no camera", "add a table `[camera]` with `position` and `target`"))?;

@@ -34,7 +34,7 @@ pub(super) fn read<'a>(
     origin: &Origin,
     builder: &mut SceneBuilder,
 ) -> Result<(), SceneError> {
-    let textures = Textures::new(origin.folder);
+    let textures = Textures::new(origin.folder, origin.attachments);
     let mut shapes = Shapes { materials, textures: &textures, origin, groups: Groups::default() };
     groups::read(root, &mut shapes, builder)?;
     let list = tables(root, "shapes")?;
@@ -189,13 +189,16 @@ impl Reader<'_> {
         }
         if ending.as_deref() == Some("ply") {
             let material = self.materials.named(table)?;
-            let ply::Model { mesh, notes } = ply::open(&path)?;
+            let ply::Model { mesh, notes } = match attached {
+                Some(attachment) => ply::read(&attachment.bytes).map_err(|error| error.in_file(&path))?,
+                None => ply::open(&path)?,
+            };
             notes.into_iter().for_each(|note| builder.note(format!("{}: {note}", path.display())));
             return Ok(vec![builder.mesh(mesh, material)]);
         }
         let material = table.get("material").is_some().then(|| self.materials.named(table)).transpose()?;
         let model = match attached {
-            Some(attachment) => obj::Model::read(&path, attachment.text.as_bytes())?,
+            Some(attachment) => obj::Model::read(&path, &attachment.bytes)?,
             None => obj::Model::open(&path)?,
         };
         let overrides = obj::Overrides { material, no_emission: material.is_some() || table.get("emission").is_some() };

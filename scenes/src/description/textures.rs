@@ -1,5 +1,6 @@
 //! What stands where a number or a colour may vary.
 
+use std::borrow::Cow;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,6 +12,7 @@ use sampling::{Vec2, vec2};
 
 use super::reader::{Table, Value};
 use crate::error::SceneError;
+use crate::import::translation::Attachment;
 use crate::suggest::{did_you_mean, near_file};
 use crate::texture::{Channel, Encoding, Image, ImageTexture, Noise, Texture, UvMap, Wrap};
 
@@ -23,13 +25,14 @@ type Decoding = (PathBuf, Option<Encoding>, Encoding);
 /// Reads textures, every image once.
 pub(super) struct Textures<'f> {
     folder: Option<&'f Path>,
+    attachments: &'f [Attachment],
     images: RefCell<BTreeMap<Decoding, Arc<Image>>>,
 }
 
 impl<'f> Textures<'f> {
-    /// Files are looked for in `folder`; without one, there are none.
-    pub fn new(folder: Option<&'f Path>) -> Self {
-        Self { folder, images: RefCell::default() }
+    /// Files are looked for among the `attachments` and in `folder`; without one, there are none.
+    pub fn new(folder: Option<&'f Path>, attachments: &'f [Attachment]) -> Self {
+        Self { folder, attachments, images: RefCell::default() }
     }
 
     /// A colour or one of
@@ -90,13 +93,16 @@ impl<'f> Textures<'f> {
         otherwise: Encoding,
     ) -> Result<Arc<Image>, SceneError> {
         let Some(folder) = self.folder else { return Err(value.error("a built-in scene cannot name files")) };
-        let path = folder.join(value.text()?);
-        let key = (path, declared, otherwise);
+        let name = value.text()?;
+        let key = (folder.join(name), declared, otherwise);
         if let Some(image) = self.images.borrow().get(&key) {
             return Ok(image.clone());
         }
         let path = &key.0;
-        let bytes = read_file(path).map_err(|mend| value.error(mend))?;
+        let bytes = match self.attachments.iter().find(|attachment| attachment.name == name) {
+            Some(attachment) => Cow::Borrowed(attachment.bytes.as_slice()),
+            None => Cow::Owned(read_file(path).map_err(|mend| value.error(mend))?),
+        };
         let image = Image::decode(&bytes, declared, otherwise)
             .map_err(|mend| value.error(format!("{}: {mend}", path.display())))?;
         let image = Arc::new(image);

@@ -1,12 +1,13 @@
 //! Importers of other programs' files.
 //!
-//! [`mitsuba`] and [`pbrt`] translate scenes into scene files, in the manner of [`translation`].
+//! [`gltf`], [`mitsuba`] and [`pbrt`] translate scenes into scene files, in the manner of [`translation`].
 //!
 //! [`obj`] and [`ply`] read meshes, [`mtl`] reads material libraries, [`appearance`] decides what becomes of those,
 //! [`polygon`] cuts faces into triangles, [`solid`] mends the orientation of closed bodies, [`viewpoint`] chooses a
 //! camera for a file that has none.
 
 pub mod appearance;
+pub mod gltf;
 pub mod mitsuba;
 pub mod mtl;
 pub mod obj;

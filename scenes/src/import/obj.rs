@@ -23,7 +23,6 @@ use super::source::{self, Source};
 use super::translation::{self, Lines, NoteKind, Notes, Place, SCENE_HEADER, Translation};
 use super::{mtl, polygon, solid, viewpoint};
 use crate::builder::{Emission, MeshData, SceneBuilder, ShapeId};
-use crate::camera::Projection;
 use crate::error::SceneError;
 use crate::material::MaterialId;
 use crate::texture::Texture;
@@ -158,12 +157,7 @@ pub fn translate(path: &Path, base: &Path) -> Result<Translation, SceneError> {
         &place,
         format!("{SCENE_HEADER} {}.", path.file_name().unwrap_or_default().to_string_lossy().escape_default()),
     );
-    lines.table(&place, "[camera]");
-    for (key, vector) in [("position", camera.position), ("target", camera.target), ("up", camera.up)] {
-        lines.key(&place, key, translation::numbers(&vector.to_array()));
-    }
-    let Projection::Pinhole { fov } = camera.projection else { unreachable!("what is chosen is a pinhole") };
-    lines.key(&place, "fov", translation::number(fov));
+    lines.append(viewpoint::table(&camera, &place));
     lines.table(&place, "[[shapes]]");
     lines.key(&place, "type", translation::quoted("mesh"));
     lines.key(&place, "file", translation::quoted(&translation::named_from(path, base)));

@@ -10,6 +10,7 @@
 
 mod body;
 mod header;
+pub mod write;
 
 use std::path::Path;
 

@@ -158,13 +158,13 @@ pub const SHAPE: &str = "[[shapes]]";
 /// How a shape of the group that was begun last begins.
 pub const MEMBER: &str = "[[groups.shapes]]";
 
-/// A mesh that has no file of its own, which the text names as if it had: an OBJ.
+/// A mesh or an image that has no file of its own, which the text names as if it had.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Attachment {
     /// The file's name.
     pub name: String,
     /// What the file would hold.
-    pub text: String,
+    pub bytes: Vec<u8>,
 }
 
 /// A foreign scene, translated.

@@ -3,7 +3,9 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::translation::{self, Lines, Place};
 use crate::builder::{CameraSettings, MeshData, SceneBuilder};
+use crate::camera::Projection;
 use sampling::math::Spectrum;
 
 /// Field of view of the chosen camera \[degrees\].
@@ -32,6 +34,18 @@ pub fn furnish(builder: &mut SceneBuilder, meshes: &[&MeshData], emits: bool, si
     let at = camera.position;
     builder.note(format!("the file has no camera: one was placed at ({:.4}, {:.4}, {:.4})", at.x, at.y, at.z));
     builder.camera(camera);
+}
+
+/// A camera that was chosen, as a scene file has it.
+pub fn table(camera: &CameraSettings, place: &Place) -> Lines {
+    let Projection::Pinhole { fov } = camera.projection else { unreachable!("what is chosen is a pinhole") };
+    let mut lines = Lines::default();
+    lines.table(place, "[camera]");
+    for (key, vector) in [("position", camera.position), ("target", camera.target), ("up", camera.up)] {
+        lines.key(place, key, translation::numbers(&vector.to_array()));
+    }
+    lines.key(place, "fov", translation::number(fov));
+    lines
 }
 
 /// Chooses a camera that shows the meshes. The rule:

@@ -222,6 +222,17 @@ impl Image {
         (self.low, self.high)
     }
 
+    /// The image with other texels, as an 8-bit PNG.
+    pub(crate) fn repainted(&self, paint: impl Fn([f32; 4]) -> [f32; 4]) -> Vec<u8> {
+        let byte = |x: f32| (x * 255.0 + 0.5) as u8;
+        let texel = |x, y| image::Rgba(paint(self.texel(y as usize * self.width as usize + x as usize)).map(byte));
+        let mut bytes = Vec::new();
+        image::RgbaImage::from_fn(self.width, self.height, texel)
+            .write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png)
+            .expect("writing to memory doesn't fail");
+        bytes
+    }
+
     /// Red, green, blue and alpha of a texel; its index counts row by row from the top.
     #[inline]
     pub(crate) fn texel(&self, index: usize) -> [f32; 4] {

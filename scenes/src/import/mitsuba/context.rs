@@ -193,11 +193,11 @@ impl<'a> Context<'a> {
 
     /// Keeps a mesh that has no file, and returns its name.
     pub fn attach(&mut self, text: String) -> String {
-        if let Some(same) = self.attachments.iter().find(|attachment| attachment.text == text) {
+        if let Some(same) = self.attachments.iter().find(|attachment| attachment.bytes == text.as_bytes()) {
             return same.name.clone();
         }
         let name = format!("{}_mesh{:03}.obj", self.stem, self.attachments.len() + 1);
-        self.attachments.push(Attachment { name: name.clone(), text });
+        self.attachments.push(Attachment { name: name.clone(), bytes: text.into_bytes() });
         name
     }
 

@@ -294,7 +294,7 @@ fn meshes_without_normals_are_smooth_where_that_shows() {
     assert!(mesh("flat.obj", "").attachments.is_empty());
     assert!(mesh("roof.obj", "<boolean name=\"face_normals\" value=\"true\"/>").attachments.is_empty());
     let smooth = mesh("roof.obj", "");
-    assert_eq!(smooth.attachments[0].text.matches("vn ").count(), 4);
+    assert_eq!(String::from_utf8_lossy(&smooth.attachments[0].bytes).matches("vn ").count(), 4);
     assert!(smooth.text.contains("file = \"a_mesh001.obj\""));
     smooth.read("a", Path::new("."), None).unwrap().build(Skip::Unneeded).unwrap();
     // Without normals, the front is where corners turn after the transform.
@@ -310,7 +310,8 @@ fn serialized_meshes_become_files() {
                  <integer name=\"shape_index\" value=\"1\"/></shape>";
     std::fs::write(folder.path().join("a.xml"), format!("<scene version=\"3.0.0\">{SENSOR}{shape}</scene>")).unwrap();
     let translation = open(&folder).unwrap();
-    assert!(translation.attachments[0].text.contains("v 1.0 0.0 5.0"), "{}", translation.attachments[0].text);
+    let text = String::from_utf8_lossy(&translation.attachments[0].bytes);
+    assert!(text.contains("v 1.0 0.0 5.0"), "{text}");
     translation.read("a", folder.path(), None).unwrap().build(Skip::Unneeded).unwrap();
 }
 

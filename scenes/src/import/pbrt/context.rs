@@ -159,12 +159,12 @@ impl Context {
         let mut hasher = DefaultHasher::new();
         text.hash(&mut hasher);
         let alike = self.by_hash.entry(hasher.finish()).or_default();
-        if let Some(&same) = alike.iter().find(|&&i| self.attachments[i].text == text) {
+        if let Some(&same) = alike.iter().find(|&&i| self.attachments[i].bytes == text.as_bytes()) {
             return self.attachments[same].name.clone();
         }
         alike.push(self.attachments.len());
         let name = format!("{}_mesh{:03}.obj", self.stem, self.attachments.len() + 1);
-        self.attachments.push(Attachment { name: name.clone(), text });
+        self.attachments.push(Attachment { name: name.clone(), bytes: text.into_bytes() });
         name
     }
 
