@@ -35,6 +35,7 @@ pub mod camera;
 pub mod description;
 pub mod emitter;
 pub mod error;
+mod file;
 pub mod import;
 pub mod interaction;
 pub mod load;

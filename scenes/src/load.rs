@@ -79,7 +79,7 @@ fn open_own(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder
     let folder = path.parent().unwrap_or(Path::new(""));
     match ending.as_deref() {
         Some("toml") => {
-            let bytes = std::fs::read(path).map_err(|error| unreadable(path, error))?;
+            let bytes = crate::file::read(path).map_err(|error| unreadable(path, error))?;
             let text = String::from_utf8(bytes).map_err(|error| not_utf8(path, &error))?;
             let origin = Origin { scene: stem, file: name_or_path, folder: Some(folder), attachments: &[] };
             description::read(&text, origin, size)

@@ -33,6 +33,12 @@ impl Mix {
         Self { first, second, amount: (amount * grid).round().clamp(1.0, grid - 1.0) / grid }
     }
 
+    /// Of how many models it is mixed that are no mixtures, each counted as often as it occurs.
+    pub fn kinds(&self) -> usize {
+        let kinds = |model: &Bsdf| if let Bsdf::Mix(mix) = model { mix.kinds() } else { 1 };
+        kinds(self.first) + kinds(self.second)
+    }
+
     /// Both models, each with its share.
     #[inline]
     fn parts(&self) -> [(&'static Bsdf, f32); 2] {

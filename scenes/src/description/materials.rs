@@ -7,7 +7,7 @@ use std::path::Path;
 use sampling::bsdf::{Argument, Arguments, Bsdf, Domain, Lambert, Misfit, Parameter, Preset};
 use sampling::math::Spectrum;
 
-use super::reader::{Table, Value};
+use super::reader::{Line, Table, Value};
 use super::textures::{Textures, read_file};
 use super::{Origin, kind, subsurface};
 use crate::builder::{MaterialName, SceneBuilder};
@@ -28,8 +28,10 @@ impl Materials<'_> {
     pub fn named(&self, shape: &Table) -> Result<MaterialId, SceneError> {
         let value = shape.need("material", "\"white\"")?;
         let name = value.text()?;
-        let names: Vec<&str> = self.by_name.keys().copied().collect();
-        self.by_name.get(name).map(|(id, _)| *id).ok_or_else(|| unknown(&value, name, &names))
+        self.by_name.get(name).map(|(id, _)| *id).ok_or_else(|| {
+            let names: Vec<&str> = self.by_name.keys().copied().collect();
+            unknown(&value, name, &names)
+        })
     }
 
     /// A material as it was given.
@@ -53,9 +55,10 @@ pub(super) fn read<'a>(
 ) -> Result<Materials<'a>, SceneError> {
     let mut by_name = BTreeMap::new();
     let reader = Reader::new(root, origin.folder, origin.attachments)?;
+    let mut line = Line::default();
     for (name, table) in &reader.tables {
         let material = reader.named(name, table, &mut vec![*name])?;
-        let in_messages = MaterialName { name: (*name).to_owned(), line: Some(table.line()) };
+        let in_messages = MaterialName { name: (*name).to_owned(), line: Some(table.line_after(&mut line)) };
         by_name.insert(*name, (builder.named_material(material.clone(), in_messages), material));
     }
     Ok(Materials { by_name })
@@ -82,13 +85,15 @@ pub(super) fn constant(root: &Table, name: &str) -> Result<Bsdf, SceneError> {
 struct Reader<'a, 'f> {
     /// In the order of the file.
     tables: Vec<(&'a str, Table<'a>)>,
+    /// Where each of them is in that list.
+    places: BTreeMap<&'a str, usize>,
     folder: Option<&'f Path>,
     textures: Textures<'f>,
     /// Those that have been read.
     known: RefCell<BTreeMap<&'a str, Material>>,
 }
 
-/// The most kinds of scattering of which one may be blended.
+/// The most kinds of scattering of which one may be mixed, each counted as often as it occurs: all of them are asked at every hit.
 const MOST_KINDS: usize = 64;
 /// The most mixes within one another.
 const MOST_NESTED: usize = 64;
@@ -102,8 +107,9 @@ impl<'a, 'f> Reader<'a, 'f> {
     fn new(root: &Table<'a>, folder: Option<&'f Path>, attachments: &'f [Attachment]) -> Result<Self, SceneError> {
         let entries = root.get("materials").map(|value| value.table()).transpose()?.map(|table| table.entries());
         let tables = entries.unwrap_or_default().into_iter().map(|(name, value)| Ok((name, value.table()?)));
-        let tables = tables.collect::<Result<_, SceneError>>()?;
-        Ok(Self { tables, folder, textures: Textures::new(folder, attachments), known: RefCell::default() })
+        let tables = tables.collect::<Result<Vec<_>, SceneError>>()?;
+        let places = tables.iter().enumerate().map(|(place, (name, _))| (*name, place)).collect();
+        Ok(Self { tables, places, folder, textures: Textures::new(folder, attachments), known: RefCell::default() })
     }
 
     /// The material of this name and table, read once. `within` are the names of the materials that are being read.
@@ -136,6 +142,11 @@ impl<'a, 'f> Reader<'a, 'f> {
                 None => {}
             }
         }
+        let kinds: usize = parts.iter().map(|(_, part)| part.kinds()).sum();
+        if kinds > MOST_KINDS {
+            let message = format!("`{}` is mixed of {kinds} materials", table.name);
+            return Err(table.error(message, format!("mix at most {MOST_KINDS}")));
+        }
         let scattering = if parts.iter().all(|(_, part)| matches!(part, Scattering::Same(_))) {
             for (place, part) in parts {
                 let Scattering::Same(bsdf) = part else { unreachable!("nothing varies") };
@@ -143,11 +154,6 @@ impl<'a, 'f> Reader<'a, 'f> {
             }
             Scattering::new(model, arguments, textures).map_err(|misfit| misfit_error(table, &misfit))?
         } else {
-            let kinds: usize = parts.iter().map(|(_, part)| part.kinds()).sum();
-            if kinds > MOST_KINDS {
-                let message = format!("`{}` is blended of {kinds} materials that vary", table.name);
-                return Err(table.error(message, format!("blend at most {MOST_KINDS}")));
-            }
             blend(parts, textures, &arguments)
         };
         let (relief, opacity) = (self.relief(table)?, self.opacity(table)?);
@@ -295,8 +301,8 @@ impl<'a, 'f> Reader<'a, 'f> {
     /// The material that another names.
     fn other(&self, value: &Value<'a>, within: &mut Vec<&'a str>) -> Result<Material, SceneError> {
         let name = value.text()?;
-        let names: Vec<&str> = self.tables.iter().map(|(name, _)| *name).collect();
-        let Some((name, table)) = self.tables.iter().find(|(other, _)| *other == name) else {
+        let Some((name, table)) = self.places.get(name).map(|&place| &self.tables[place]) else {
+            let names: Vec<&str> = self.places.keys().copied().collect();
             return Err(unknown(value, name, &names));
         };
         if within.len() == MOST_NESTED {

@@ -115,9 +115,10 @@ impl<'a> Table<'a> {
 
     /// The same, counted on from that of an earlier table, which is faster where there are many.
     pub fn line_after(&self, earlier: &mut Line) -> usize {
-        let between = self.source.text.as_bytes().get(earlier.at..self.at).unwrap_or_default();
+        let from = if self.at < earlier.at { Line::default() } else { *earlier };
+        let between = self.source.text.as_bytes().get(from.at..self.at).unwrap_or_default();
         let lines = between.iter().filter(|&&byte| byte == b'\n').count();
-        *earlier = Line { at: self.at.max(earlier.at), before: earlier.before + lines };
+        *earlier = Line { at: self.at, before: from.before + lines };
         earlier.before + 1
     }
 

@@ -83,7 +83,7 @@ impl Appearance {
 
 /// The image of a reflectance, times its colour.
 fn image(path: &Path, scale: Spectrum) -> Result<Texture, String> {
-    let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
+    let bytes = crate::file::read(path).map_err(|error| error.to_string())?;
     let image = Arc::new(Image::decode(&bytes, None, Encoding::Srgb)?);
     let (map, wrap, channel) = (UvMap::default(), Wrap::Repeat, Channel::Colour);
     let texture = ImageTexture { image, wrap, map, channel, scale };

@@ -10,7 +10,7 @@
 //! An OBJ that is a whole scene gets a camera by [`viewpoint`]'s rule, and, if nothing in it emits, an environment of
 //! radiance 1.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use super::appearance::Appearance;
@@ -58,7 +58,7 @@ impl Model {
     /// Reads a file and its libraries.
     pub fn open(path: &Path) -> Result<Self, SceneError> {
         let unreadable = |error| SceneError::unreadable(path, error, "give the path of an OBJ file");
-        Self::of_text(path, source::decode(path, std::fs::read(path).map_err(unreadable)?)?)
+        Self::of_text(path, source::decode(path, crate::file::read(path).map_err(unreadable)?)?)
     }
 
     /// Reads the contents of the file at `path`, and its libraries.
@@ -182,6 +182,7 @@ fn read_libraries(
     notes: &mut Vec<String>,
 ) -> Result<Vec<(String, Appearance)>, SceneError> {
     let mut appearances: Vec<(String, Appearance)> = Vec::new();
+    let mut known = HashSet::new();
     for (line, stated) in &source.libraries {
         let files = find_library(path.parent().unwrap_or(Path::new("")), stated);
         if files.is_empty() {
@@ -192,10 +193,10 @@ fn read_libraries(
         }
         for file in files {
             let unreadable = |error| SceneError::unreadable(&file, error, "make the material library readable");
-            let bytes = std::fs::read(&file).map_err(unreadable)?;
+            let bytes = crate::file::read(&file).map_err(unreadable)?;
             for statements in mtl::parse(&file, &source::decode(&file, bytes)?)? {
                 let used = source.materials.contains_key(&statements.name);
-                if !used || appearances.iter().any(|(name, _)| *name == statements.name) {
+                if !used || !known.insert(statements.name.clone()) {
                     continue;
                 }
                 let appearance = Appearance::of(&statements, file.parent().unwrap_or(Path::new("")));
@@ -206,7 +207,7 @@ fn read_libraries(
         }
     }
     for (name, line) in &source.materials {
-        if !appearances.iter().any(|(known, _)| known == name) {
+        if !known.contains(name) {
             notes.push(format!("{}:{line}: there is no material `{name}`: a matte grey stands for it", path.display()));
             appearances.push((name.clone(), Appearance::missing()));
         }

@@ -63,7 +63,7 @@ pub struct Model {
 /// What is wrong with it, with the line of its header or the number of the element.
 pub fn open(path: &Path) -> Result<Model, SceneError> {
     let unreadable = |error| SceneError::unreadable(path, error, "give the path of a PLY file");
-    read(&std::fs::read(path).map_err(unreadable)?).map_err(|error| error.in_file(path))
+    read(&crate::file::read(path).map_err(unreadable)?).map_err(|error| error.in_file(path))
 }
 
 /// Opens a file as a whole scene: what has colours is matte of these colours, the rest a matte grey.

@@ -83,9 +83,10 @@ impl Scattering {
         scattering
     }
 
-    /// How many kinds it is blended of.
+    /// How many kinds it is mixed of, each counted as often as it occurs.
     pub fn kinds(&self) -> usize {
         match self {
+            Self::Same(Bsdf::Mix(mix)) => mix.kinds(),
             Self::Same(_) | Self::Model(_) => 1,
             Self::Blend(blend) => blend.parts.iter().map(Self::kinds).sum(),
         }

@@ -69,18 +69,22 @@ fn parts_of_a_mix_may_vary_but_have_no_maps() {
 
 #[test]
 fn mixes_do_not_grow_without_limit() {
-    let mixes = |first: &str, second: &str, count: usize| {
+    let mixes_of = |first: &str, second: &str, count: usize, keys: &str| {
         let mix = |i: usize| {
             let (first, second) = (first.replace('#', &(i - 1).to_string()), second.replace('#', &(i - 1).to_string()));
             format!("[materials.m{i}]\ntype = \"mix\"\nfirst = \"{first}\"\nsecond = \"{second}\"\n")
         };
-        let varying = "[materials.m0]\ntype = \"lambert\"\nalbedo = { noise = { size = 0.1 } }\n";
         let all: String = (1..=count).rev().map(mix).collect();
-        load(&replaced("albedo = 0.7", &format!("albedo = 0.7\n{all}{varying}")))
+        load(&replaced("albedo = 0.7", &format!("albedo = 0.7\n{all}[materials.m0]\ntype = \"lambert\"\n{keys}")))
+    };
+    let mixes = |first: &str, second: &str, count: usize| {
+        mixes_of(first, second, count, "albedo = { noise = { size = 0.1 } }\n")
     };
     assert!(mixes("m#", "white", 60).is_ok());
     let error = mixes("m#", "m#", 30).expect_err("refused").to_string();
-    assert!(error.contains("is blended of 128 materials that vary; blend at most 64"), "{error}");
+    assert!(error.contains("is mixed of 128 materials; mix at most 64"), "{error}");
+    let error = mixes_of("m#", "m#", 60, "albedo = 0.2\n").expect_err("refused").to_string();
+    assert!(error.contains("is mixed of 128 materials; mix at most 64"), "{error}");
     let error = mixes("m#", "white", 3000).expect_err("refused").to_string();
     assert!(error.contains("mixes of mixes are nested at most 64 deep"), "{error}");
 }

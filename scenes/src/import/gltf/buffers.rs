@@ -95,7 +95,7 @@ impl<'t> Asset<'t> {
             let message = format!("names {}, which cannot be read: {error}", path.display());
             self.document.error(item, message, "make the file readable")
         };
-        std::fs::read(&path).map(Cow::Owned).map_err(unreadable)
+        crate::file::read(&path).map(Cow::Owned).map_err(unreadable)
     }
 
     /// Where the file is that a URI names, from the folder of the scene.

@@ -64,7 +64,7 @@ const EXTENSIONS: [&str; 17] = [
 
 /// Translates the scene at `path`. Files are named from the folder `base`, and what has no file begins with `stem`.
 pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, SceneError> {
-    let bytes = std::fs::read(path)
+    let bytes = crate::file::read(path)
         .map_err(|error| SceneError::unreadable(path, error, "give the path of a .gltf or .glb file"))?;
     let container = Container::read(path, &bytes)?;
     let document = Document::read(path, container.text)?;

@@ -18,6 +18,8 @@ const FACE_NORMALS: u32 = 0x10;
 const DOUBLE: u32 = 0x2000;
 /// The most vertices or triangles of a mesh.
 const MOST: u64 = 1 << 28;
+/// The most bytes of a mesh's name.
+const LONGEST_NAME: usize = 65_536;
 
 /// One mesh of a file.
 pub struct Serialized {
@@ -43,7 +45,7 @@ fn decode(bytes: &[u8], index: usize) -> Result<Serialized, String> {
     let mut stream = Stream(ZlibDecoder::new(stream));
     let flags = stream.u32()?;
     if version == 4 {
-        while stream.take(1)?[0] != 0 {}
+        stream.skip_name()?;
     }
     let (vertices, triangles) = (stream.u64()?, stream.u64()?);
     if vertices > MOST || triangles > MOST {
@@ -101,6 +103,18 @@ impl Stream<'_> {
         let read = self.0.by_ref().take(count as u64).read_to_end(&mut bytes);
         read.map_err(|error| format!("it cannot be decompressed: {error}"))?;
         if bytes.len() < count { Err("a mesh ends early".to_string()) } else { Ok(bytes) }
+    }
+
+    /// Passes over a name, which ends with a zero.
+    fn skip_name(&mut self) -> Result<(), String> {
+        for _ in 0..LONGEST_NAME {
+            let mut byte = [0];
+            self.0.read_exact(&mut byte).map_err(|_| "a mesh ends early".to_string())?;
+            if byte[0] == 0 {
+                return Ok(());
+            }
+        }
+        Err("the name of a mesh does not end".to_string())
     }
 
     fn u32(&mut self) -> Result<u32, String> {
@@ -183,5 +197,9 @@ pub mod tests {
             _ = decode(&damaged, 1);
         }
         assert!(decode(b"\x1c\x04\x09\x00", 0).is_err());
+        let mut encoder = ZlibEncoder::new(Vec::new(), Compression::fast());
+        encoder.write_all(&[b'n'; 1_000_000]).unwrap();
+        let endless = [&b"\x1c\x04\x04\x00"[..], &encoder.finish().unwrap()].concat();
+        assert!(decode(&endless, 0).is_err_and(|message| message.contains("name of a mesh does not end")));
     }
 }

@@ -279,7 +279,7 @@ fn mesh_file<'a>(plugin: &Plugin<'a>, transform: DMat4, context: &mut Context<'a
         let has_normals = groups.iter().any(|mesh| !mesh.normals.is_empty());
         (groups, has_normals, flat)
     } else {
-        let bytes = std::fs::read(&path)
+        let bytes = crate::file::read(&path)
             .map_err(|error| SceneError::unreadable(&path, error, "name a file that can be read"))?;
         let index = usize::try_from(index)
             .map_err(|_| plugin.place().error("the `shape_index` is negative", "count from 0"))?;
@@ -316,7 +316,7 @@ fn ply<'a>(
     context: &mut Context<'a>,
 ) -> Result<Form, SceneError> {
     let bytes =
-        std::fs::read(path).map_err(|error| SceneError::unreadable(path, error, "name a file that can be read"))?;
+        crate::file::read(path).map_err(|error| SceneError::unreadable(path, error, "name a file that can be read"))?;
     let end = bytes.windows(10).position(|window| window == b"end_header").unwrap_or(bytes.len().min(65_536));
     let header = String::from_utf8_lossy(&bytes[..end]);
     let has_normals = header.lines().any(|line| line.starts_with("property") && line.trim_end().ends_with(" nx"));

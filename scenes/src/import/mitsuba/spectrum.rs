@@ -114,7 +114,7 @@ fn of_text(text: &str, quantity: Quantity, element: &Element, context: &mut Cont
 fn of_file(name: &str, quantity: Quantity, element: &Element, context: &mut Context) -> Result<[f64; 3], SceneError> {
     let place = &element.place;
     let Some(path) = context.find(name, place) else { return Ok([0.5; 3]) };
-    let text = std::fs::read_to_string(&path)
+    let text = crate::file::read_text(&path)
         .map_err(|error| place.error(format!("cannot read {}: {error}", path.display()), "name a text file"))?;
     let lines = text.lines().map(|line| line.split('#').next().unwrap_or("").trim()).filter(|line| !line.is_empty());
     let pair = |line: &str| match finite_list(line, &path.display().to_string(), place)?[..] {

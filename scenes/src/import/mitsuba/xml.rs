@@ -1,6 +1,7 @@
 //! The XML of Mitsuba scenes: parameters filled in, included files spliced in, old names made new.
 
 use std::collections::BTreeMap;
+use std::ops::Bound::{Included, Unbounded};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -16,8 +17,12 @@ const MAX_DEPTH: usize = 64;
 const MAX_NODES: u32 = 8_000_000;
 /// How many elements a scene may have, all files together.
 const MAX_ELEMENTS: usize = 4_000_000;
-/// How long an attribute may become when parameters are filled in.
-const MAX_VALUE: usize = 1 << 26;
+/// How many attributes an element may have: the parser compares each with all others.
+const MAX_ATTRIBUTES: usize = 4096;
+/// How many files may be included in all.
+const MAX_FILES: usize = 10_000;
+/// How many bytes attributes may gain, all together, when parameters are filled in.
+const MAX_FILLED: usize = 1 << 26;
 
 /// An element of a scene.
 #[derive(Clone, Debug)]
@@ -71,14 +76,14 @@ pub struct Xml {
 /// Reads the scene at `path`.
 pub fn read(path: &Path) -> Result<Xml, SceneError> {
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    let mut reader =
-        Reader { parameters: BTreeMap::new(), open: Vec::new(), folders: vec![folder], elements: 0, depth: 0 };
-    let bytes =
-        std::fs::read(path).map_err(|error| SceneError::unreadable(path, error, "give the path of a Mitsuba scene"))?;
+    let mut reader = Reader { folders: vec![folder], ..Default::default() };
+    let bytes = crate::file::read(path)
+        .map_err(|error| SceneError::unreadable(path, error, "give the path of a Mitsuba scene"))?;
     let root = reader.file(path, &bytes)?;
     Ok(Xml { root, folders: reader.folders })
 }
 
+#[derive(Default)]
 struct Reader {
     /// What `$name` stands for.
     parameters: BTreeMap<String, String>,
@@ -88,6 +93,10 @@ struct Reader {
     elements: usize,
     /// How many elements are open, those around includes as well.
     depth: usize,
+    /// How many files have been read.
+    files: usize,
+    /// How many bytes parameters have been filled in with.
+    filled: usize,
 }
 
 /// A file that is being read.
@@ -112,6 +121,7 @@ impl Reader {
             let line = 1 + bytes[..error.valid_up_to()].iter().filter(|&&byte| byte == b'\n').count();
             SceneError::invalid("the text is not UTF-8", "save the file as UTF-8").in_file(path).at_line(line)
         })?;
+        check_attributes(path, text)?;
         let options = ParsingOptions { allow_dtd: false, nodes_limit: MAX_NODES, ..ParsingOptions::default() };
         let document = Document::parse_with_options(text, options).map_err(|error| syntax(path, &error))?;
         let lines = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
@@ -172,16 +182,14 @@ impl Reader {
     }
 
     /// A text with what its `$names` stand for.
-    fn filled_in(&self, text: &str, place: &Place) -> Result<String, SceneError> {
+    fn filled_in(&mut self, text: &str, place: &Place) -> Result<String, SceneError> {
         let mut out = String::new();
         let mut rest = text;
         while let Some(at) = rest.find('$') {
             out.push_str(&rest[..at]);
             rest = &rest[at + 1..];
             let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
-            // A name may go on in other letters: the longest one that is known counts.
-            let known = self.parameters.iter().filter(|(name, _)| rest[..end].starts_with(name.as_str()));
-            let Some((name, value)) = known.max_by_key(|(name, _)| name.len()) else {
+            let Some((name, value)) = self.parameter(&rest[..end]) else {
                 let names: Vec<&str> = self.parameters.keys().map(String::as_str).collect();
                 let mend = if names.is_empty() {
                     format!("add `<default name=\"{}\" value=\"…\"/>` before it", &rest[..end])
@@ -192,12 +200,27 @@ impl Reader {
             };
             out.push_str(value);
             rest = &rest[name.len()..];
-            if out.len() > MAX_VALUE {
-                return Err(place.error("an attribute becomes longer than 64 MB", "let parameters repeat less"));
+            self.filled += value.len();
+            if self.filled > MAX_FILLED {
+                return Err(place.error("attributes grow by more than 64 MB in all", "let parameters repeat less"));
             }
         }
         out.push_str(rest);
         Ok(out)
+    }
+
+    /// The parameter whose name this text begins with. A name may go on in other letters: the longest one that is known counts.
+    fn parameter(&self, text: &str) -> Option<(&String, &String)> {
+        let mut text = text;
+        loop {
+            // What `text` begins with comes before it in the order of names, and the longest last.
+            let (name, value) = self.parameters.range::<str, _>((Unbounded, Included(text))).next_back()?;
+            if text.starts_with(name.as_str()) {
+                return Some((name, value));
+            }
+            let shared = text.chars().zip(name.chars()).take_while(|(a, b)| a == b).map(|(a, _)| a.len_utf8()).sum();
+            text = &text[..shared];
+        }
     }
 
     fn default(&mut self, element: &Element) -> Result<(), SceneError> {
@@ -238,7 +261,11 @@ impl Reader {
             let message = format!("a file includes itself: {}", chain.join(" → "));
             return Err(element.place.error(message, "take one of the includes out"));
         }
-        let bytes = std::fs::read(&path).map_err(|error| {
+        self.files += 1;
+        if self.files > MAX_FILES {
+            return Err(element.place.error("too many files are included", "put their text together"));
+        }
+        let bytes = crate::file::read(&path).map_err(|error| {
             element.place.error(format!("cannot read {}: {error}", path.display()), "name a file that can be read")
         })?;
         let root = self.file(&path, &bytes)?;
@@ -248,6 +275,19 @@ impl Reader {
         }
         Ok(root.children)
     }
+}
+
+/// Refuses elements of too many attributes, by their quotes.
+fn check_attributes(path: &Path, text: &str) -> Result<(), SceneError> {
+    let mut line = 1;
+    for part in text.split('<') {
+        if part.bytes().filter(|byte| matches!(byte, b'"' | b'\'')).count() > 2 * MAX_ATTRIBUTES {
+            let message = format!("an element has more than {MAX_ATTRIBUTES} attributes");
+            return Err(SceneError::invalid(message, "divide it").in_file(path).at_line(line));
+        }
+        line += part.bytes().filter(|&byte| byte == b'\n').count();
+    }
+    Ok(())
 }
 
 fn syntax(path: &Path, error: &roxmltree::Error) -> SceneError {

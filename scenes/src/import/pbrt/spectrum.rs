@@ -210,7 +210,7 @@ fn named(name: &str, quantity: Quantity, parameter: &Parameter, context: &mut Co
         return Err(place.error(message, did_you_mean(name, &known)));
     }
     let Some(path) = context.find(name, place) else { return Ok([0.5; 3]) };
-    let text = std::fs::read_to_string(&path)
+    let text = crate::file::read_text(&path)
         .map_err(|error| place.error(format!("cannot read {}: {error}", path.display()), "name a text file"))?;
     let words = text.lines().flat_map(|line| line.split('#').next().unwrap_or("").split_whitespace());
     let list: Option<Vec<f64>> = words.map(|word| word.parse().ok().filter(|x: &f64| x.is_finite())).collect();

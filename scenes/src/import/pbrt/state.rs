@@ -104,7 +104,7 @@ impl<'c> State<'c> {
         if self.open.len() >= MAX_INCLUDES || self.files > MOST_FILES {
             return Err(wrong("too many files are included".to_string(), "put their text together"));
         }
-        let bytes = std::fs::read(path)
+        let bytes = crate::file::read(path)
             .map_err(|error| SceneError::unreadable(path, error, "give the path of a .pbrt file"))?;
         let text = String::from_utf8(bytes).map_err(|error| {
             let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];

@@ -140,7 +140,7 @@ pub fn ply(parameters: &Parameters, keep: bool, context: &mut Context) -> Result
     };
     let unreadable = |error| SceneError::unreadable(&path, error, "name a file that can be read");
     if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("gz")) {
-        let file = std::fs::File::open(&path).map_err(unreadable)?;
+        let file = crate::file::open(&path).map_err(unreadable)?;
         let mut bytes = Vec::new();
         let mut unpacked = flate2::read::MultiGzDecoder::new(file).take(LARGEST_FILE);
         unpacked.read_to_end(&mut bytes).map_err(unreadable)?;
@@ -152,7 +152,7 @@ pub fn ply(parameters: &Parameters, keep: bool, context: &mut Context) -> Result
     }
     let triangles = if keep { Some(ply::open(&path)?.mesh) } else { None };
     let mut start = Vec::new();
-    std::fs::File::open(&path).map_err(unreadable)?.take(65_536).read_to_end(&mut start).map_err(unreadable)?;
+    crate::file::open(&path).map_err(unreadable)?.take(65_536).read_to_end(&mut start).map_err(unreadable)?;
     let end = start.windows(10).position(|window| window == b"end_header").unwrap_or(start.len());
     let header = String::from_utf8_lossy(&start[..end]);
     let has_normals = header.lines().any(|line| line.starts_with("property") && line.trim_end().ends_with(" nx"));

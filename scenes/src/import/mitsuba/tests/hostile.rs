@@ -130,7 +130,34 @@ fn parameters_that_repeat_one_another_end() {
         text += &format!("<default name=\"p{i}\" value=\"{doubled}\"/>");
     }
     let folder = folder(&[("a.xml", &(text + "</scene>"))]);
-    assert!(open(&folder).unwrap_err().contains("longer than 64 MB"));
+    assert!(open(&folder).unwrap_err().contains("attributes grow by more than 64 MB in all"));
+}
+
+#[test]
+fn the_longest_parameter_counts() {
+    let text = "<scene version=\"3.0.0\"><default name=\"a\" value=\"1\"/><default name=\"a_b\" value=\"2\"/>\
+                <default name=\"a_c\" value=\"3\"/><x u=\"$a $a_b $a_bb $a_\" v=\"$b\"/></scene>";
+    let folder = folder(&[("a.xml", text)]);
+    assert!(open(&folder).unwrap_err().contains("there is no parameter `$b`"));
+    let path = folder.path().join("a.xml");
+    std::fs::write(&path, text.replace(" v=\"$b\"", "")).unwrap();
+    assert_eq!(super::super::xml::read(&path).unwrap().root.children[0].attribute("u"), Some("1 2 2b 1_"));
+}
+
+#[test]
+fn a_million_attributes_or_includes_are_one_error() {
+    let attributes: String = (0..1_000_000).map(|i| format!(" a{i}=\"\"")).collect();
+    let include = |name: &str| {
+        format!("<scene version=\"3.0.0\">{}</scene>", format!("<include filename=\"{name}\"/>").repeat(100))
+    };
+    let empty = "<scene version=\"3.0.0\"/>";
+    let text = format!("<scene version=\"3.0.0\">\n<shape{attributes}/></scene>");
+    let error = open(&folder(&[("a.xml", &text)])).unwrap_err();
+    assert!(error.contains("a.xml:2: an element has more than 4096 attributes"), "{error}");
+    let files = [("a.xml", include("b.xml")), ("b.xml", include("c.xml")), ("c.xml", include("d.xml"))];
+    let files: Vec<(&str, &str)> = files.iter().map(|(name, text)| (*name, text.as_str())).collect();
+    let error = open(&folder(&[&files[..], &[("d.xml", empty)]].concat())).unwrap_err();
+    assert!(error.contains("b.xml:1: too many files are included"), "{error}");
 }
 
 #[test]
