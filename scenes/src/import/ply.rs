@@ -195,13 +195,16 @@ fn colour_share(scalar: Scalar, slot: usize, value: f64) -> f64 {
     }
 }
 
+/// Makes triangles of a list of the vertices at these positions.
+type Add = fn(&[i64], &[DVec3], &mut Vec<[u32; 3]>) -> Result<(), Fault>;
+
 /// Reads the lists of vertices of an element, and what `add` makes of each.
 fn read_lists(
     element: &Element,
     body: &mut Body,
     mesh: &mut MeshData,
     at: impl Fn(usize),
-    add: fn(&[i64], &[DVec3], &mut Vec<[u32; 3]>) -> Result<(), Fault>,
+    add: Add,
 ) -> Result<(), SceneError> {
     if element.count > 0 && mesh.positions.is_empty() {
         return Err(element.error("there are no vertices before them", "put the element `vertex` first"));
