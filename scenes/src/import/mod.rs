@@ -7,7 +7,6 @@
 //! camera for a file that has none.
 
 pub mod appearance;
-mod faces;
 pub mod gltf;
 pub mod mitsuba;
 pub mod mtl;

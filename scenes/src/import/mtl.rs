@@ -38,7 +38,7 @@ pub struct Statements {
 /// Reads an MTL text; a bad number is an error that names its line.
 pub fn parse(path: &Path, text: &str) -> Result<Vec<Statements>, SceneError> {
     let mut materials: Vec<Statements> = Vec::new();
-    for (line, statement) in statements(text, 1) {
+    for (line, statement) in statements(text) {
         let at_line = |error: SceneError| error.in_file(path).at_line(line);
         let (keyword, rest) = split(&statement);
         if keyword == "newmtl" {

@@ -1,6 +1,7 @@
 //! Wavefront OBJ with its MTL libraries.
 //!
-//! Faces may be any simple polygons. `usemtl` and `g` divide it into groups, each of which becomes one shape, and one emitter if its material
+//! The geometry is read by `tobj` from a text that has been checked and made plain first; faces may be any simple
+//! polygons. `usemtl` and `g` divide it into groups, each of which becomes one shape, and one emitter if its material
 //! has `Ke`; the front of a face, which emits, is where its corners run counter-clockwise, or where its normals point
 //! if it has any. What becomes of a material is [`appearance`](super::appearance)'s rule.
 //!
@@ -11,13 +12,16 @@
 //! radiance 1.
 
 use std::collections::{HashMap, HashSet};
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
+use glam::DVec3;
+use sampling::{Vec2, vec2};
+
 use super::appearance::Appearance;
-use super::faces::{Numbering, Run, runs};
 use super::source::{self, Source};
 use super::translation::{self, Lines, NoteKind, Notes, Place, SCENE_HEADER, Translation};
-use super::{mtl, solid, viewpoint};
+use super::{mtl, polygon, solid, viewpoint};
 use crate::builder::{Emission, MeshData, SceneBuilder, ShapeId};
 use crate::error::SceneError;
 use crate::material::MaterialId;
@@ -58,18 +62,13 @@ impl Model {
     /// Reads a file and its libraries.
     pub fn open(path: &Path) -> Result<Self, SceneError> {
         let unreadable = |error| SceneError::unreadable(path, error, "give the path of an OBJ file");
-        Self::of_text(path, source::decode(path, crate::file::read(path).map_err(unreadable)?)?)
+        Self::read(path, &crate::file::read(path).map_err(unreadable)?)
     }
 
     /// Reads the contents of the file at `path`, and its libraries.
     pub fn read(path: &Path, bytes: &[u8]) -> Result<Self, SceneError> {
-        Self::of_text(path, source::decode(path, bytes.to_vec())?)
-    }
-
-    fn of_text(path: &Path, text: String) -> Result<Self, SceneError> {
-        let source = source::prepare(path, &text)?;
-        drop(text);
-        if source.arities.is_empty() {
+        let source = source::prepare(path, &source::decode(path, bytes)?)?;
+        if source.faces == 0 {
             return Err(SceneError::invalid("the file holds no faces", "add `f` lines").in_file(path));
         }
         let mut notes = Vec::new();
@@ -77,18 +76,18 @@ impl Model {
             notes.push(format!("{}:{line}: `{keyword}` is not read ({count} of them)", path.display()));
         }
         let mut appearances = read_libraries(path, &source, &mut notes)?;
-        let groups = read_groups(path, source, &mut appearances, &mut notes)?;
+        let groups = read_groups(path, &source, &mut appearances, &mut notes)?;
         let mut model = Model { groups, appearances, notes };
         model.mend_glass();
         Ok(model)
     }
 
     /// Adds all groups to a scene; returns the shapes.
-    pub fn add_to(self, builder: &mut SceneBuilder, overrides: Overrides) -> Vec<ShapeId> {
-        self.notes.into_iter().for_each(|note| builder.note(note));
+    pub fn add_to(&self, builder: &mut SceneBuilder, overrides: Overrides) -> Vec<ShapeId> {
+        self.notes.iter().for_each(|note| builder.note(note.clone()));
         let mut ids: HashMap<(usize, bool), MaterialId> = HashMap::new();
         let mut shapes = Vec::new();
-        for group in self.groups.into_iter().filter(|group| !group.mesh.triangles.is_empty()) {
+        for group in self.groups.iter().filter(|group| !group.mesh.triangles.is_empty()) {
             let appearance = &self.appearances[group.appearance].1;
             let material = match overrides.material {
                 Some(material) => material,
@@ -98,7 +97,7 @@ impl Model {
                     *ids.entry((group.appearance, mapped.is_some())).or_insert_with(|| builder.material(material()))
                 }
             };
-            let shape = builder.mesh(group.mesh, material);
+            let shape = builder.mesh(group.mesh.clone(), material);
             if let Some(radiance) = appearance.emission.filter(|_| !overrides.no_emission) {
                 builder.emit(shape, Emission { radiance: Texture::Constant(radiance), two_sided: false });
             }
@@ -139,12 +138,11 @@ impl Model {
 
 /// Opens an OBJ file as a whole scene.
 pub fn scene(path: &Path, name: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder, SceneError> {
-    let mut model = Model::open(path)?;
+    let model = Model::open(path)?;
     let mut builder = SceneBuilder::new(name);
-    model.notes.drain(..).for_each(|note| builder.note(note));
+    model.add_to(&mut builder, Overrides::default());
     let meshes: Vec<&MeshData> = model.groups.iter().map(|group| &group.mesh).collect();
     viewpoint::furnish(&mut builder, &meshes, model.emits(), size);
-    model.add_to(&mut builder, Overrides::default());
     Ok(builder)
 }
 
@@ -194,7 +192,7 @@ fn read_libraries(
         for file in files {
             let unreadable = |error| SceneError::unreadable(&file, error, "make the material library readable");
             let bytes = crate::file::read(&file).map_err(unreadable)?;
-            for statements in mtl::parse(&file, &source::decode(&file, bytes)?)? {
+            for statements in mtl::parse(&file, &source::decode(&file, &bytes)?)? {
                 let used = source.materials.contains_key(&statements.name);
                 if !used || !known.insert(statements.name.clone()) {
                     continue;
@@ -228,22 +226,32 @@ fn find_library(folder: &Path, stated: &str) -> Vec<PathBuf> {
     }
 }
 
-/// Makes meshes of the faces.
+/// Lets `tobj` read the plain text, and cuts its polygons into triangles.
 fn read_groups(
     path: &Path,
-    source: Source,
+    source: &Source,
     appearances: &mut Vec<(String, Appearance)>,
     notes: &mut Vec<String>,
 ) -> Result<Vec<Group>, SceneError> {
+    // The names of the materials, so that tobj numbers them as they are numbered here.
+    let named = |name: &String| tobj::Material { name: name.clone(), ..tobj::Material::default() };
+    let materials: Vec<_> = appearances.iter().map(|(name, _)| named(name)).collect();
+    let text = format!("mtllib all\n{}", source.text);
+    let options =
+        tobj::LoadOptions { single_index: true, ignore_points: true, ignore_lines: true, ..Default::default() };
+    let library = |_: &Path| {
+        let numbers = materials.iter().enumerate().map(|(i, material)| (material.name.clone(), i)).collect();
+        Ok((materials.clone(), numbers))
+    };
+    let (models, _) = tobj::load_obj_buf(&mut Cursor::new(text), &options, library)
+        .map_err(|error| SceneError::invalid(error.to_string(), "mend the file, or save it again").in_file(path))?;
     let mut turned = 0;
     let mut groups = Vec::new();
-    let mut numbering = Numbering::new(&source);
-    for Run { name, material, faces, corners } in runs(&source) {
-        let find = |name: &str| appearances.iter().position(|(known, _)| known == name);
-        let appearance = material.and_then(find).unwrap_or_else(|| grey(appearances));
-        let mesh = numbering.mesh(&source.arities[faces], corners, &mut turned);
+    for model in models {
+        let appearance = model.mesh.material_id.unwrap_or_else(|| grey(appearances));
+        let mesh = triangles(&model.mesh, &mut turned);
         if !mesh.triangles.is_empty() {
-            groups.push(Group { name, mesh, appearance });
+            groups.push(Group { name: model.name, mesh, appearance });
         }
     }
     if turned > 0 {
@@ -263,4 +271,56 @@ fn grey(appearances: &mut Vec<(String, Appearance)>) -> usize {
         appearances.push((String::new(), Appearance::missing()));
         appearances.len() - 1
     })
+}
+
+/// The triangles of a mesh of polygons, without those that have no area; `turned` counts the ones whose normals pointed
+/// to their back.
+fn triangles(mesh: &tobj::Mesh, turned: &mut usize) -> MeshData {
+    let positions: Vec<DVec3> = mesh.positions.chunks_exact(3).map(|p| DVec3::new(p[0], p[1], p[2])).collect();
+    let normals: Vec<DVec3> = mesh.normals.chunks_exact(3).map(|n| DVec3::new(n[0], n[1], n[2])).collect();
+    let uvs: Vec<Vec2> = mesh.texcoords.chunks_exact(2).map(|t| vec2(t[0] as f32, t[1] as f32)).collect();
+    let mut out = MeshData { positions, uvs, ..MeshData::default() };
+    let faces = if mesh.face_arities.is_empty() { vec![3; mesh.indices.len() / 3] } else { mesh.face_arities.clone() };
+    let mut rest = mesh.indices.as_slice();
+    for arity in faces {
+        let (face, after) = rest.split_at(arity as usize);
+        rest = after;
+        let points: Vec<DVec3> = face.iter().map(|&i| out.positions[i as usize]).collect();
+        for triangle in polygon::triangulate(&points) {
+            let [a, b, c] = triangle.map(|i| points[i]);
+            let ng = (b - a).cross(c - a);
+            if ng.length_squared() > 0.0 {
+                let mut corners = triangle.map(|i| face[i]);
+                if corners.iter().filter_map(|&i| normals.get(i as usize)).sum::<DVec3>().dot(ng) < 0.0 {
+                    corners.swap(1, 2);
+                    *turned += 1;
+                }
+                out.triangles.push(corners);
+            }
+        }
+    }
+    if normals.iter().any(|n| n.length_squared() > 0.0) {
+        out.normals = normals.iter().map(|n| n.normalize_or_zero().as_vec3()).collect();
+        give_missing_normals(&mut out);
+    }
+    out
+}
+
+/// Gives corners without a normal that of their face, at a vertex of their own.
+fn give_missing_normals(mesh: &mut MeshData) {
+    for t in 0..mesh.triangles.len() {
+        let [a, b, c] = mesh.triangles[t].map(|i| mesh.positions[i as usize]);
+        let ng = (b - a).cross(c - a).normalize_or_zero().as_vec3();
+        for corner in 0..3 {
+            let i = mesh.triangles[t][corner] as usize;
+            if mesh.normals[i] == sampling::Vec3::ZERO {
+                mesh.triangles[t][corner] = mesh.positions.len() as u32;
+                mesh.positions.push(mesh.positions[i]);
+                mesh.normals.push(ng);
+                if let Some(&uv) = mesh.uvs.get(i) {
+                    mesh.uvs.push(uv);
+                }
+            }
+        }
+    }
 }

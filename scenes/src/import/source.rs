@@ -1,49 +1,32 @@
-//! The text of an OBJ file, read line by line, many lines at a time.
+//! The text of an OBJ file, checked line by line and written out again in the plain dialect that `tobj` reads
+//! faithfully.
+//!
+//! `tobj` names no lines in its errors, takes `NaN` for a number, misaligns attributes where a group mixes `v/vt` with
+//! `v//vn`, and does not know comments behind a statement, tabs behind a keyword, or lines continued by `\`.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::path::Path;
 
-use glam::DVec3;
-use rayon::prelude::*;
-use sampling::{Vec2, vec2};
-
 use crate::error::SceneError;
-use crate::progress::{self, Activity};
 
 /// The largest magnitude of a coordinate.
 const MAX_COORDINATE: f64 = 1e15;
-/// About so many bytes are read in one go, by one thread.
-const PIECE: usize = 1 << 18;
 
-/// What an OBJ file holds, as it is written.
+/// A checked OBJ file.
 #[derive(Default)]
 pub(super) struct Source {
-    pub positions: Vec<DVec3>,
-    pub uvs: Vec<Vec2>,
-    pub normals: Vec<DVec3>,
-    /// For each corner of each face its position and, if the file has any at all, its texture coordinate and its normal, counted from
-    /// 1; 0 where the corner has none.
-    pub corners: [Vec<u32>; 3],
-    /// How many corners each face has.
-    pub arities: Vec<u32>,
-    /// What is said between faces, each with the number of faces before it.
-    pub marks: Vec<(usize, Mark)>,
+    /// Every face's corners name a position, and a normal and a texture coordinate if the file has any at all; those
+    /// that a corner lacks are the zero normal and the zero coordinate.
+    pub text: String,
     /// The `mtllib` statements: line and the rest of it.
     pub libraries: Vec<(usize, String)>,
     /// The materials used: name and the line of the first use.
     pub materials: BTreeMap<String, usize>,
     /// Statements that are not read: keyword, first line, and how often.
     pub ignored: BTreeMap<String, (usize, usize)>,
-}
-
-/// What holds of the faces behind it.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Mark {
-    /// The name of a group or an object.
-    Group(String),
-    /// The name of their material.
-    Material(String),
+    /// Number of faces.
+    pub faces: usize,
 }
 
 /// Counts of positions, texture coordinates and normals.
@@ -53,47 +36,37 @@ struct Counts([usize; 3]);
 const KINDS: [(&str, &str); 3] = [("v", "vertex"), ("vt", "texture coordinate"), ("vn", "normal")];
 
 /// Decodes text: UTF-8, with `�` for what isn't; UTF-16 and binary files are refused.
-pub(super) fn decode(path: &Path, bytes: Vec<u8>) -> Result<String, SceneError> {
+pub(super) fn decode(path: &Path, bytes: &[u8]) -> Result<String, SceneError> {
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || bytes.contains(&0) {
         let line = 1 + bytes.iter().take_while(|&&byte| byte != 0).filter(|&&byte| byte == b'\n').count();
         let error = SceneError::invalid("this is not a plain text file", "save it as UTF-8 or ASCII text");
         return Err(error.in_file(path).at_line(line));
     }
-    let mut text =
-        String::from_utf8(bytes).unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned());
-    let marks = text.len() - text.trim_start_matches('\u{feff}').len();
-    text.drain(..marks);
-    Ok(text)
+    let text = String::from_utf8_lossy(bytes);
+    Ok(text.trim_start_matches('\u{feff}').to_string())
 }
 
-/// The statements of an OBJ or MTL text whose first line has this number: line and what it says; without comments, with continued
-/// lines joined.
-pub(super) fn statements(text: &str, first: usize) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
-    let mut lines = (first..).zip(text.lines());
-    std::iter::from_fn(move || {
-        loop {
-            let (number, line) = lines.next()?;
-            let mut whole = Cow::Borrowed(without_comment(line));
-            while let Some(body) = whole.trim_end().strip_suffix('\\') {
-                let (body, next) = (body.to_owned() + " ", lines.next());
-                let Some((_, line)) = next else {
-                    whole = Cow::Owned(body);
-                    break;
-                };
-                whole = Cow::Owned(body + without_comment(line));
-            }
-            if !whole.trim().is_empty() {
-                return Some((number, trimmed(whole)));
-            }
+/// The statements of an OBJ or MTL text: line, keyword and the rest; without comments, with continued lines joined.
+pub(super) fn statements(text: &str) -> Vec<(usize, String)> {
+    let mut statements = Vec::new();
+    let mut pending: Option<(usize, String)> = None;
+    for (i, line) in text.lines().enumerate() {
+        let line = without_comment(line);
+        let (body, continues) = match line.trim_end().strip_suffix('\\') {
+            Some(body) => (body, true),
+            None => (line, false),
+        };
+        let (number, mut whole) = pending.take().unwrap_or((i + 1, String::new()));
+        whole.push_str(body);
+        if continues {
+            whole.push(' ');
+            pending = Some((number, whole));
+        } else if !whole.trim().is_empty() {
+            statements.push((number, whole.trim().to_string()));
         }
-    })
-}
-
-fn trimmed(text: Cow<str>) -> Cow<str> {
-    match text {
-        Cow::Borrowed(text) => Cow::Borrowed(text.trim()),
-        Cow::Owned(text) => Cow::Owned(text.trim().to_owned()),
     }
+    statements.extend(pending.filter(|(_, whole)| !whole.trim().is_empty()));
+    statements
 }
 
 /// The line up to a `#` that begins it or follows white space.
@@ -111,107 +84,50 @@ pub(super) fn split(statement: &str) -> (&str, &str) {
     }
 }
 
-/// Reads an OBJ text.
+/// Checks an OBJ text and rewrites it.
 pub(super) fn prepare(path: &Path, text: &str) -> Result<Source, SceneError> {
-    let pieces = cut(text);
-    let counted: Vec<(usize, Counts)> = pieces.par_iter().map(|piece| count(piece)).collect();
-    let total = counted.iter().fold(Counts::default(), |sum, (_, counts)| sum.plus(counts));
+    let statements = statements(text);
+    let total = count(&statements);
     let mut source = Source::default();
-    source.positions.reserve_exact(total.0[0]);
-    source.uvs.reserve_exact(total.0[1]);
-    source.normals.reserve_exact(total.0[2]);
-    let (mut line, mut so_far) = (1, Counts::default());
-    let begun: Vec<_> = pieces
-        .into_iter()
-        .zip(counted)
-        .map(|(piece, (lines, counts))| {
-            let begun = (piece, line, so_far);
-            (line, so_far) = (line + lines, so_far.plus(&counts));
-            begun
-        })
-        .collect();
-    let mut read = 0;
-    for together in begun.chunks(4 * rayon::current_num_threads()) {
-        let results: Vec<_> =
-            together.par_iter().map(|&(piece, line, so_far)| read_piece(piece, line, total, so_far)).collect();
-        for result in results {
-            source.join(result.map_err(|error| error.in_file(path))?);
-        }
-        read += together.iter().map(|(piece, ..)| piece.len()).sum::<usize>();
-        progress::report(Activity::Reading, read as f64 / text.len() as f64);
+    let mut points = String::new();
+    let mut faces = String::new();
+    if total.0[1] > 0 {
+        points.push_str("vt 0 0\n");
     }
-    Ok(source)
-}
-
-/// The text in pieces of whole statements.
-fn cut(text: &str) -> Vec<&str> {
-    let mut pieces = Vec::new();
-    let mut rest = text;
-    while rest.len() > PIECE {
-        // A statement surely ends where a line does that has no backslash.
-        let mut from = rest.as_bytes()[..PIECE].iter().rposition(|&byte| byte == b'\n').map_or(0, |at| at + 1);
-        let end = loop {
-            let Some(length) = rest.as_bytes()[from..].iter().position(|&byte| byte == b'\n') else { break rest.len() };
-            let line = from..from + length;
-            from = line.end + 1;
-            if !rest.as_bytes()[line].contains(&b'\\') {
-                break from;
-            }
-        };
-        let (piece, after) = rest.split_at(end);
-        pieces.push(piece);
-        rest = after;
+    if total.0[2] > 0 {
+        points.push_str("vn 0 0 0\n");
     }
-    pieces.push(rest);
-    pieces
-}
-
-/// How many lines and points a piece has.
-fn count(piece: &str) -> (usize, Counts) {
-    let mut counts = Counts::default();
-    for (_, statement) in statements(piece, 0) {
-        if let Some(kind) = KINDS.iter().position(|(keyword, _)| *keyword == split(&statement).0) {
-            counts.0[kind] += 1;
-        }
-    }
-    (piece.bytes().filter(|&byte| byte == b'\n').count(), counts)
-}
-
-/// Reads a piece, before which there are so many lines and points.
-fn read_piece(piece: &str, first: usize, total: Counts, mut so_far: Counts) -> Result<Source, SceneError> {
-    let mut source = Source::default();
-    for (line, statement) in statements(piece, first) {
-        let at_line = |error: SceneError| error.at_line(line);
-        let (keyword, rest) = split(&statement);
+    let mut so_far = Counts::default();
+    for (line, statement) in &statements {
+        let at_line = |error: SceneError| error.in_file(path).at_line(*line);
+        let (keyword, rest) = split(statement);
         match keyword {
             "v" | "vt" | "vn" => {
                 let kind = KINDS.iter().position(|(k, _)| *k == keyword).unwrap_or(0);
                 so_far.0[kind] += 1;
-                if source.add_point(kind, rest).map_err(at_line)? {
-                    source.ignore("vertex colours", line);
+                if write_point(&mut points, kind, rest).map_err(at_line)? {
+                    source.ignore("vertex colours", *line);
                 }
             }
-            "f" => source.add_face(rest, total, so_far).map_err(at_line)?,
-            "o" | "g" => source.marks.push((source.arities.len(), Mark::Group(rest.to_owned()))),
+            "f" => {
+                write_face(&mut faces, rest, total, so_far).map_err(at_line)?;
+                source.faces += 1;
+            }
+            "o" | "g" => _ = writeln!(faces, "g {rest}"),
             "usemtl" if rest.is_empty() => {
                 return Err(at_line(SceneError::invalid("`usemtl` names no material", "add its name")));
             }
             "usemtl" => {
-                source.materials.entry(rest.to_owned()).or_insert(line);
-                source.marks.push((source.arities.len(), Mark::Material(rest.to_owned())));
+                source.materials.entry(rest.to_string()).or_insert(*line);
+                _ = writeln!(faces, "usemtl {rest}");
             }
-            "mtllib" => source.libraries.push((line, rest.to_owned())),
+            "mtllib" => source.libraries.push((*line, rest.to_string())),
             "s" => {}
-            other => source.ignore(other, line),
+            other => source.ignore(other, *line),
         }
     }
+    source.text = points + &faces;
     Ok(source)
-}
-
-impl Counts {
-    fn plus(&self, other: &Counts) -> Counts {
-        Counts(std::array::from_fn(|kind| self.0[kind] + other.0[kind]))
-    }
 }
 
 impl Source {
@@ -219,80 +135,38 @@ impl Source {
         let short: String = what.chars().take(24).collect();
         self.ignored.entry(short).or_insert((line, 0)).1 += 1;
     }
+}
 
-    /// Adds what follows it in the file.
-    fn join(&mut self, mut next: Source) {
-        let faces = self.arities.len();
-        self.positions.append(&mut next.positions);
-        self.uvs.append(&mut next.uvs);
-        self.normals.append(&mut next.normals);
-        self.corners.iter_mut().zip(&mut next.corners).for_each(|(all, next)| all.append(next));
-        self.arities.append(&mut next.arities);
-        self.marks.extend(next.marks.into_iter().map(|(face, mark)| (faces + face, mark)));
-        self.libraries.append(&mut next.libraries);
-        for (name, line) in next.materials {
-            self.materials.entry(name).or_insert(line);
-        }
-        for (what, (line, count)) in next.ignored {
-            self.ignored.entry(what).or_insert((line, 0)).1 += count;
+fn count(statements: &[(usize, String)]) -> Counts {
+    let mut counts = Counts::default();
+    for (_, statement) in statements {
+        if let Some(kind) = KINDS.iter().position(|(keyword, _)| *keyword == split(statement).0) {
+            counts.0[kind] += 1;
         }
     }
+    counts
+}
 
-    /// Adds a position, a texture coordinate or a normal; true if there was a colour behind it.
-    fn add_point(&mut self, kind: usize, rest: &str) -> Result<bool, SceneError> {
-        let (keyword, name) = KINDS[kind];
-        let mut numbers = [0.0; 3];
-        let mut count = 0;
-        for word in rest.split_whitespace() {
-            let given = number(word, name)?;
-            if let Some(slot) = numbers.get_mut(count) {
-                *slot = given;
-            }
-            count += 1;
-        }
-        let needed = if kind == 1 { 1 } else { 3 };
-        if count < needed {
-            let message = format!("`{keyword} {rest}` has {count} numbers");
-            return Err(SceneError::invalid(message, format!("a {name} needs {needed}")));
-        }
-        let [x, y, _] = numbers;
-        match kind {
-            0 => self.positions.push(numbers.into()),
-            1 => self.uvs.push(vec2(x as f32, y as f32)),
-            _ => self.normals.push(numbers.into()),
-        }
-        Ok(kind == 0 && count >= 6)
+/// Writes the position, texture coordinate or normal; true if there was a colour behind it.
+fn write_point(out: &mut String, kind: usize, rest: &str) -> Result<bool, SceneError> {
+    let (keyword, name) = KINDS[kind];
+    let mut numbers = Vec::with_capacity(8);
+    for word in rest.split_whitespace() {
+        numbers.push(number(word, name)?);
     }
-
-    fn add_face(&mut self, rest: &str, total: Counts, so_far: Counts) -> Result<(), SceneError> {
-        let arity = rest.split_whitespace().count();
-        if arity < 3 {
-            return Err(SceneError::invalid(
-                format!("the face `f {rest}` has {arity} corners"),
-                "a face has at least 3",
-            ));
-        }
-        for corner in rest.split_whitespace() {
-            let wrong = |what: &str| {
-                SceneError::invalid(format!("the corner `{corner}` {what}"), "write v, v/vt, v//vn or v/vt/vn")
-            };
-            let mut parts = corner.split('/');
-            for kind in 0..KINDS.len() {
-                let index = index(parts.next().unwrap_or(""), kind, total, so_far)?;
-                if kind == 0 && index.is_none() {
-                    return Err(wrong("names no vertex"));
-                }
-                if total.0[kind] > 0 {
-                    self.corners[kind].push(index.unwrap_or(0));
-                }
-            }
-            if parts.next().is_some() {
-                return Err(wrong("has too many parts"));
-            }
-        }
-        self.arities.push(arity as u32);
-        Ok(())
+    let (needed, written) = if kind == 1 { (1, 2) } else { (3, 3) };
+    if numbers.len() < needed {
+        let message = format!("`{keyword} {rest}` has {} numbers", numbers.len());
+        return Err(SceneError::invalid(message, format!("a {name} needs {needed}")));
     }
+    let coloured = kind == 0 && numbers.len() >= 6;
+    numbers.resize(written, 0.0);
+    out.push_str(keyword);
+    for x in numbers {
+        _ = write!(out, " {x:e}");
+    }
+    out.push('\n');
+    Ok(coloured)
 }
 
 /// A finite number of a statement.
@@ -307,8 +181,44 @@ pub(super) fn number(word: &str, what: &str) -> Result<f64, SceneError> {
     }
 }
 
+fn write_face(out: &mut String, rest: &str, total: Counts, so_far: Counts) -> Result<(), SceneError> {
+    let corners = rest.split_whitespace().count();
+    if corners < 3 {
+        return Err(SceneError::invalid(format!("the face `f {rest}` has {corners} corners"), "a face has at least 3"));
+    }
+    out.push('f');
+    for corner in rest.split_whitespace() {
+        let mut parts = corner.split('/');
+        let position = index(parts.next().unwrap_or(""), 0, total, so_far)?;
+        let Some(position) = position else {
+            return Err(SceneError::invalid(
+                format!("the corner `{corner}` names no vertex"),
+                "write v, v/vt, v//vn or v/vt/vn",
+            ));
+        };
+        let uv = index(parts.next().unwrap_or(""), 1, total, so_far)?;
+        let normal = index(parts.next().unwrap_or(""), 2, total, so_far)?;
+        if parts.next().is_some() {
+            return Err(SceneError::invalid(
+                format!("the corner `{corner}` has too many parts"),
+                "write v, v/vt, v//vn or v/vt/vn",
+            ));
+        }
+        // The first texture coordinate and the first normal written are the zeros that stand for none.
+        let [_, uvs, normals] = total.0;
+        let uv = if uvs > 0 { uv.map_or(1, |i| i + 1).to_string() } else { String::new() };
+        _ = match normals {
+            0 if uvs == 0 => write!(out, " {position}"),
+            0 => write!(out, " {position}/{uv}"),
+            _ => write!(out, " {position}/{uv}/{}", normal.map_or(1, |i| i + 1)),
+        };
+    }
+    out.push('\n');
+    Ok(())
+}
+
 /// The index counted from 1, `None` where there is none; negative ones count back from the last defined so far.
-fn index(word: &str, kind: usize, total: Counts, so_far: Counts) -> Result<Option<u32>, SceneError> {
+fn index(word: &str, kind: usize, total: Counts, so_far: Counts) -> Result<Option<usize>, SceneError> {
     if word.is_empty() {
         return Ok(None);
     }
@@ -328,9 +238,71 @@ fn index(word: &str, kind: usize, total: Counts, so_far: Counts) -> Result<Optio
         };
         return Err(SceneError::invalid(message, mend));
     }
-    let beyond = |_| SceneError::invalid(format!("there are more than 2³² of a {name}"), "divide the file");
-    u32::try_from(absolute).map(Some).map_err(beyond)
+    Ok(Some(absolute as usize))
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+
+    fn fault(text: &str) -> String {
+        match prepare(Path::new("a.obj"), text) {
+            Ok(_) => panic!("no error for {text:?}"),
+            Err(error) => error.to_string(),
+        }
+    }
+
+    #[test]
+    fn errors_name_file_line_and_mend() {
+        let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+        let cases = [
+            ("f 1 2 7", "a.obj:4: there is no vertex 7; the file defines 3, counted from 1"),
+            ("f 1 2 0", "a.obj:4: there is no vertex 0; the file defines 3, counted from 1"),
+            ("f 1 2 -4", "a.obj:4: there is no vertex -4; 3 of 3 are defined before this line, so -3 is the lowest"),
+            (
+                "f 1/1 2/1 3/1",
+                "a.obj:4: there is no texture coordinate 1; the file defines none; add `vt` lines or leave the index out",
+            ),
+            ("f 1//2 2//2 3//2\nvn 0 0 1", "a.obj:4: there is no normal 2; the file defines 1, counted from 1"),
+            ("f 1 2", "a.obj:4: the face `f 1 2` has 2 corners; a face has at least 3"),
+            ("f 1 2 x", "a.obj:4: the vertex index `x` is not a whole number; give one"),
+            (
+                "f 1 2 99999999999999999999",
+                "a.obj:4: the vertex index `99999999999999999999` is not a whole number; give one",
+            ),
+            ("f 1 2 3/1/1/1", "a.obj:4: there is no texture coordinate 1"),
+            ("f 1 2 /1", "a.obj:4: the corner `/1` names no vertex"),
+            ("v 0 NaN 0", "a.obj:4: a vertex holds `NaN`; give a finite number, at most 1e15 in magnitude"),
+            ("v 0 1e999 0", "a.obj:4: a vertex holds `1e999`; give a finite number"),
+            ("v 0 zero 0", "a.obj:4: a vertex holds `zero`; give a number"),
+            ("v 0 1", "a.obj:4: `v 0 1` has 2 numbers; a vertex needs 3"),
+            ("usemtl", "a.obj:4: `usemtl` names no material; add its name"),
+        ];
+        for (bad, expected) in cases {
+            let message = fault(&format!("{vertices}{bad}\n"));
+            assert!(message.starts_with(expected), "{bad}: {message}");
+        }
+    }
+
+    #[test]
+    fn the_dialect_is_plain() {
+        let text = "\tv 0 0 0 1 0 0 # red\nv 1 0 0\nv 0 1 \\\n 0\nvn 0 0 1\nf -3 -2//1 \\\n -1\nusemtl\ta b\nl 1 2\n";
+        let source = prepare(Path::new("a.obj"), text).unwrap();
+        let expected =
+            "vn 0 0 0\nv 0e0 0e0 0e0\nv 1e0 0e0 0e0\nv 0e0 1e0 0e0\nvn 0e0 0e0 1e0\nf 1//1 2//2 3//1\nusemtl a b\n";
+        assert_eq!(source.text, expected);
+        assert_eq!(source.materials["a b"], 8);
+        assert_eq!(source.ignored["l"], (9, 1));
+        assert_eq!(source.ignored["vertex colours"], (1, 1));
+    }
+
+    #[test]
+    fn other_encodings() {
+        let latin = decode(Path::new("a.obj"), b"# caf\xe9\nv 0 0 0\n").unwrap();
+        assert!(latin.ends_with("v 0 0 0\n"));
+        for bytes in [&b"\xff\xfev\0 \0"[..], b"v 0 0 0\n\0\0"] {
+            let message = decode(Path::new("a.obj"), bytes).unwrap_err().to_string();
+            assert!(message.contains("this is not a plain text file; save it as UTF-8"), "{message}");
+        }
+    }
+}
