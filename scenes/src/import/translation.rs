@@ -98,6 +98,17 @@ impl Notes {
         }
     }
 
+    /// A colour brought to where it can be, from 0 to `most`, which is noted if it was elsewhere.
+    pub fn bounded(&mut self, rgb: [f64; 3], most: f64, place: &Place) -> [f64; 3] {
+        let inside = rgb.map(|c| c.clamp(0.0, most));
+        if (0..3).any(|c| (rgb[c] - inside[c]).abs() > 1e-9) {
+            let range = if most == 1.0 { "from 0 to 1" } else { "0 or more" };
+            let text = format!("a colour whose channels are not {range} is brought there");
+            self.add(NoteKind::Approximated, place, text);
+        }
+        inside
+    }
+
     /// All of them.
     pub fn all(&self) -> &[Note] {
         &self.list

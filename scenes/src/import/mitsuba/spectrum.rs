@@ -42,7 +42,8 @@ pub fn colour(element: &Element, quantity: Quantity, context: &mut Context) -> R
         ("spectrum" | "texture", _) => plugin(element, quantity, context)?,
         _ => return Err(place.error(format!("{} is no colour", element.title()), "give `rgb` or `spectrum`")),
     };
-    Ok(bounded(rgb, quantity, place, context))
+    let most = if quantity == Quantity::Reflectance { 1.0 } else { f64::MAX };
+    Ok(context.notes.bounded(rgb, most, place))
 }
 
 /// Whether an element is a colour, and not a texture that varies.
@@ -213,19 +214,6 @@ fn linear(list: &[(f64, f64)], wavelength: f64) -> f64 {
         (None, Some(first)) if first.0 == wavelength => first.1,
         _ => 0.0,
     }
-}
-
-/// The colour, if need be brought to where the quantity can be.
-fn bounded(rgb: [f64; 3], quantity: Quantity, place: &Place, context: &mut Context) -> [f64; 3] {
-    let (high, range) = match quantity {
-        Quantity::Reflectance => (1.0, "from 0 to 1"),
-        _ => (f64::MAX, "0 or more"),
-    };
-    let inside = rgb.map(|c| c.clamp(0.0, high));
-    if (0..3).any(|c| (rgb[c] - inside[c]).abs() > 1e-9) {
-        context.approximate(place, format!("a colour whose channels are not {range} is brought there"));
-    }
-    inside
 }
 
 #[cfg(test)]

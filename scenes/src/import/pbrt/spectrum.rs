@@ -111,7 +111,8 @@ pub fn colour(parameter: &Parameter, quantity: Quantity, context: &mut Context) 
             return Err(place.error(message, "give `rgb`, `spectrum` or `blackbody`"));
         }
     };
-    Ok(bounded(rgb, quantity, place, context))
+    let most = if quantity == Quantity::Reflectance { 1.0 } else { f64::MAX };
+    Ok(context.notes.bounded(rgb, most, place))
 }
 
 /// The light that a parameter describes, times `scale` and the film's exposure; white where it is missing.
@@ -245,19 +246,6 @@ fn black_body(list: &[f64], quantity: Quantity, place: &Place) -> Result<[f64; 3
 fn planck(nanometres: f64, kelvin: f64) -> f64 {
     let wavelength = nanometres * 1e-9;
     1e-33 / (wavelength.powi(5) * (0.014_387_768_77 / (wavelength * kelvin)).exp_m1())
-}
-
-/// The colour, if need be brought to where the quantity can be.
-fn bounded(rgb: [f64; 3], quantity: Quantity, place: &Place, context: &mut Context) -> [f64; 3] {
-    let (high, range) = match quantity {
-        Quantity::Reflectance => (1.0, "from 0 to 1"),
-        _ => (f64::MAX, "0 or more"),
-    };
-    let inside = rgb.map(|c| c.clamp(0.0, high));
-    if (0..3).any(|c| (rgb[c] - inside[c]).abs() > 1e-9) {
-        context.approximate(place, format!("a colour whose channels are not {range} is brought there"));
-    }
-    inside
 }
 
 #[cfg(test)]
