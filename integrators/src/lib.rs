@@ -10,6 +10,7 @@
 //! - [`method`]: the traits [`Estimator`] and [`Integrator`], and THE LIST of methods, [`Methods`];
 //! - the algorithms, one a file: [`direct`], [`path`], [`light`], [`bdpt`], with what they share: [`start`], [`vertex`], [`walk`],
 //!   [`connect`], [`next_event`], [`subsurface`], [`roulette`];
+//! - [`lpe`]: light-path expressions, classes of paths as regular languages;
 //! - [`block`]: how work is cut into pieces; [`film`] and [`splats`]: one block's sums, and the film they are reduced into, in an
 //!   order that no thread can change;
 //! - [`render`]: replicates; [`statistics`]: their moments; [`measurement`]: what comes out.
@@ -23,6 +24,7 @@ pub mod contribution;
 pub mod direct;
 pub mod film;
 pub mod light;
+pub mod lpe;
 pub mod measurement;
 pub mod method;
 pub mod next_event;

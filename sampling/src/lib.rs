@@ -67,11 +67,14 @@
 //! - `[Gulbrandsen14]` O. Gulbrandsen: *Artist friendly metallic Fresnel*, JCGT 3(4), 2014.
 //! - `[Harris78]` F. J. Harris: *On the use of windows for harmonic analysis with the discrete Fourier transform*,
 //!   Proceedings of the IEEE 66(1), 1978.
+//! - `[Heckbert90]` P. S. Heckbert: *Adaptive radiosity textures for bidirectional ray tracing*, SIGGRAPH 1990.
 //! - `[Heitz14]` E. Heitz: *Understanding the masking-shadowing function in microfacet-based BRDFs*, JCGT 3(2), 2014.
 //! - `[Heitz14b]` E. Heitz, E. d'Eon: *Importance sampling microfacet-based BSDFs using the distribution of visible
 //!   normals*, Computer Graphics Forum 33(4), 2014.
 //! - `[Heitz18]` E. Heitz: *Sampling the GGX distribution of visible normals*, JCGT 7(4), 2018.
 //! - `[Heitz19]` E. Heitz: *A low-distortion map between triangle and square*, HAL-02073696, 2019.
+//! - `[Hopcroft71]` J. Hopcroft: *An n log n algorithm for minimizing states in a finite automaton*, in *Theory of Machines and
+//!   Computations*, Academic Press, 1971.
 //! - `[Inagaki81]` T. Inagaki, E. T. Arakawa, M. W. Williams: *Optical properties of liquid mercury*, Physical Review B 23,
 //!   1981.
 //! - `[Ize13]` T. Ize: *Robust BVH ray traversal*, JCGT 2(2), 2013.
@@ -105,6 +108,8 @@
 //! - `[Perlin02]` K. Perlin: *Improving noise*, SIGGRAPH 2002.
 //! - `[Phong75]` B. T. Phong: *Illumination for computer generated pictures*, Communications of the ACM 18(6), 1975.
 //! - `[Querry85]` M. R. Querry: *Optical constants*, contractor report CRDC-CR-85034, 1985.
+//! - `[Rabin59]` M. O. Rabin, D. Scott: *Finite automata and their decision problems*, IBM Journal of Research and
+//!   Development 3(2), 1959.
 //! - `[Rakic95]` A. D. Rakić: *Algorithm for the determination of intrinsic optical constants of metal films: application to
 //!   aluminum*, Applied Optics 34, 1995.
 //! - `[Rakic98]` A. D. Rakić et al.: *Optical properties of metallic films for vertical-cavity optoelectronic devices*,
@@ -118,6 +123,7 @@
 //! - `[Steele14]` G. L. Steele, D. Lea, C. H. Flood: *Fast splittable pseudorandom number generators*, OOPSLA 2014.
 //! - `[Stokes1862]` G. G. Stokes: *On the intensity of the light reflected from or transmitted through a pile of plates*,
 //!   Proceedings of the Royal Society 11, 1862.
+//! - `[Thompson68]` K. Thompson: *Regular expression search algorithm*, Communications of the ACM 11(6), 1968.
 //! - `[Torrance67]` K. E. Torrance, E. M. Sparrow: *Theory for off-specular reflection from roughened surfaces*,
 //!   JOSA 57(9), 1967.
 //! - `[Trowbridge75]` T. S. Trowbridge, K. P. Reitz: *Average irregularity representation of a rough surface for ray
