@@ -4,15 +4,14 @@
 //! from its vertices alone, and weighed by the same code as if that strategy had made it. No randomness is left by then, so
 //! the tolerance is that of `f32` densities.
 
-use crate::support::{builtin, lambert, room, shining, sky};
+use crate::support::{PathDensities, builtin, lambert, room, shining, sky};
 use glam::{DVec3, dvec2, dvec3};
 use integrators::bdpt::Bdpt;
-use integrators::connect::{EmitterEnd, PathDensities};
+use integrators::connect::{EmitterEnd, Strategies};
 use integrators::method::Pixel;
-use integrators::roulette::LocalRoulette;
+use integrators::roulette::SubpathRoulette;
 use integrators::scratch::Scratch;
 use integrators::vertex::{PathVertex, Site, density_at};
-use integrators::walk::WalkRules;
 use integrators::{Contribution, Estimator, Orders, Request, Sink, Technique, Wants};
 use sampling::bsdf::{Bsdf, TransportMode, fresnel_dielectric};
 use sampling::math::Spectrum;
@@ -23,6 +22,7 @@ use scenes::{
     CameraSettings, EmitterId, Endpoint, Falloff, Interaction, Mapping, Projection, Rays, Scene, SceneBuilder, Skip,
     Spot,
 };
+use std::num::NonZeroU16;
 
 const TOLERANCE: f64 = 2e-3;
 
@@ -37,7 +37,7 @@ struct Found {
 struct Collect(Vec<Found>);
 
 impl Sink for Collect {
-    const WANTS: Wants = Wants { vertices: true };
+    const WANTS: Wants = Wants { vertices: true, ..Wants::NOTHING };
 
     fn add(&mut self, c: Contribution) {
         let vertices = c.path.light.iter().chain(c.path.camera.iter().rev()).copied().collect();
@@ -67,7 +67,7 @@ struct Whole<'a> {
     emitter: EmitterId,
     endpoint: Endpoint,
     settings: &'a Bdpt,
-    rules: (WalkRules, WalkRules),
+    strategies: Strategies,
 }
 
 impl<'a> Whole<'a> {
@@ -77,8 +77,8 @@ impl<'a> Whole<'a> {
             Site::Surface(hit) => (hit.emitter.unwrap(), scene.endpoint_of(hit)),
             Site::Camera(_) => panic!("a path starts at an emitter"),
         };
-        let rules = settings.rules(&Request::new(Orders::up_to(6), false), &scene.needs);
-        Self { scene, vertices, emitter, endpoint, settings, rules }
+        let strategies = settings.strategies(scene, &Request::new(Orders::up_to(6), false));
+        Self { scene, vertices, emitter, endpoint, settings, strategies }
     }
 
     fn len(&self) -> usize {
@@ -112,7 +112,7 @@ impl<'a> Whole<'a> {
         let Site::Surface(hit) = &vertex.site else { panic!("vertex {i} scatters") };
         let (wo, wi) = (self.direction(i, from), self.direction(i, to));
         let pdf = if vertex.delta { delta_density(hit, wo, wi) } else { hit.pdf(wo, wi, mode) };
-        pdf * self.rules.0.survival(hit)
+        pdf * self.strategies.camera.survival(hit)
     }
 
     fn density(&self, i: usize, pdf: f32, from: usize) -> f64 {
@@ -177,18 +177,29 @@ impl<'a> Whole<'a> {
         ((0..s).map(light).collect(), (s..self.len()).rev().map(camera).collect())
     }
 
+    /// Whether by the balance heuristic the best of the others has nearly the weight of strategy `s`, or that nearly the best's.
+    fn nearly_tied(&self, s: usize) -> bool {
+        let weights: Vec<f64> = (0..self.len()).map(|i| self.weight_by(i, Heuristic::Balance).unwrap_or(0.0)).collect();
+        let best = (0..self.len()).filter(|&i| i != s).map(|i| weights[i]).fold(0.0, f64::max);
+        (best / weights[s]).ln().abs() < 0.05
+    }
+
     /// The weight that strategy `s` would have, if it is possible.
     fn weight(&self, s: usize) -> Option<f64> {
-        let (settings, rules) = (self.settings, &self.rules);
+        self.weight_by(s, self.settings.mis)
+    }
+
+    fn weight_by(&self, s: usize, mis: Heuristic) -> Option<f64> {
+        let Strategies { emitter_to_camera, light_paths, light: light_rules, camera: camera_rules, .. } =
+            self.strategies;
         let (light, camera) = self.divide(s);
-        let emitter_to_camera = settings.connects_emitters(self.scene);
-        let mut densities = PathDensities { emitter_to_camera, ..PathDensities::default() };
+        let mut densities = PathDensities { emitter_to_camera, light_paths, ..PathDensities::default() };
         let end = EmitterEnd { emitter: self.emitter, endpoint: self.endpoint };
         if s == 0 {
             densities.set_emission(self.scene, &camera, &end);
         } else {
             let next_event = end.next_event_density(self.scene, &self.vertices[1].at);
-            densities.set_connected(self.scene, (&rules.1, &rules.0), &light, &camera, next_event);
+            densities.set_connected(self.scene, (&light_rules, &camera_rules), &light, &camera, next_event);
         }
         let hittable = !self.endpoint.kind.is_delta();
         let connectable = |i: usize| !self.vertices[i].delta;
@@ -197,7 +208,7 @@ impl<'a> Whole<'a> {
             1 if self.len() == 2 => emitter_to_camera && hittable,
             _ => connectable(s - 1) && connectable(s),
         };
-        possible.then(|| densities.weight(s, settings.mis))
+        possible.then(|| densities.weight(s, mis))
     }
 }
 
@@ -224,7 +235,10 @@ fn check(scene: &Scene, settings: &Bdpt, samples: u32) {
         let weights: Vec<Option<f64>> = (0..whole.len()).map(|s| whole.weight(s)).collect();
         let sum: f64 = weights.iter().flatten().sum();
         let share = weights[s as usize].expect("the strategy that made a path can make it");
-        let ok = (sum - 1.0).abs() < TOLERANCE && (share - path.weight).abs() < TOLERANCE;
+        // Which of nearly equal densities is the highest is decided by rounding.
+        let own_share = (share - path.weight).abs() < TOLERANCE
+            || settings.mis == Heuristic::Maximum && whole.nearly_tied(s as usize);
+        let ok = (sum - 1.0).abs() < TOLERANCE && own_share;
         assert!(
             ok,
             "{}, {:?}, {settings:?}: weight {}, by strategy {weights:?}, sum {sum}",
@@ -238,12 +252,15 @@ fn check(scene: &Scene, settings: &Bdpt, samples: u32) {
 #[test]
 fn weights_of_all_strategies_sum_to_one() {
     for name in ["cornell_box", "furnace", "integrating_sphere", "veach_mis", "glass_caustic", "indirect_lamp"] {
-        for mis in [Heuristic::Balance, Heuristic::Power] {
+        let scene = builtin(name, 8);
+        for mis in [Heuristic::Balance, Heuristic::POWER, Heuristic::Power(1.5), Heuristic::Maximum] {
             for emitter_to_camera in [false, true] {
-                for roulette in [LocalRoulette::None, LocalRoulette::Local] {
-                    check(&builtin(name, 8), &Bdpt { mis, roulette, emitter_to_camera }, 2);
+                for roulette in [SubpathRoulette::None, SubpathRoulette::Local, SubpathRoulette::Throughput] {
+                    check(&scene, &Bdpt { mis, roulette, emitter_to_camera, ..Bdpt::default() }, 2);
                 }
             }
+            let light_paths = NonZeroU16::new(3).unwrap();
+            check(&scene, &Bdpt { mis, light_paths, ..Bdpt::default() }, 2);
         }
     }
 }
@@ -301,9 +318,9 @@ fn rooms() -> Vec<Scene> {
 #[test]
 fn weights_sum_to_one_whatever_emits() {
     for scene in rooms() {
-        for mis in [Heuristic::Balance, Heuristic::Power] {
+        for mis in [Heuristic::Balance, Heuristic::POWER] {
             for emitter_to_camera in [false, true] {
-                check(&scene, &Bdpt { mis, roulette: LocalRoulette::Local, emitter_to_camera }, 6);
+                check(&scene, &Bdpt { mis, emitter_to_camera, ..Bdpt::default() }, 6);
             }
         }
     }

@@ -3,7 +3,7 @@
 //! What is compared is the mean over the image, which no size of it changes, with that of the reference, whose own noise is far
 //! below ours. False-alarm rate: 0.1 % for each test (Šidák over the scenes). A test without its scenes says so and passes.
 
-use crate::support::{Budget, Estimate, Family, measure, method};
+use crate::support::{Budget, Entry, Estimate, Family, agree, measure, method};
 use sampling::filter::Filter;
 use scenes::{LoadOptions, Scene, Skip};
 use std::path::PathBuf;
@@ -120,4 +120,27 @@ fn a_bright_texel() {
     let exact = Estimate::exact(albedo * irradiance / std::f64::consts::PI);
     family.image("order 1", rendered.over(1, &pixels), exact);
     family.finish(0.0);
+}
+
+/// What has no reference here has methods that must agree: glass, rough glass, metal and plastic of scenes that others made, and the
+/// light of an environment.
+#[test]
+fn methods_agree() {
+    let entry = |name, samples| Entry::new(name, samples).by_night(8).of_infinite_variance();
+    for (name, last) in [
+        ("cornell-obj/CornellBox-Glossy.obj", 4),
+        ("cornell-obj/CornellBox-Glass.obj", 4),
+        ("coffee/pbrt/scene-v4.pbrt", 3),
+        ("veach-mis/mitsuba/scene_v3.xml", 2),
+        ("ignis-eval/mitsuba/env.xml", 3),
+        ("ignis-eval/mitsuba/room.xml", 3),
+    ] {
+        let Some(scene) = open(name, (12, 12)) else { continue };
+        let entries = [
+            entry("path", 24).without_roulette(),
+            entry("bdpt", 8).without_roulette(),
+            entry("light", 24).without_roulette(),
+        ];
+        agree(name, &scene, last, &entries, 0.0);
+    }
 }

@@ -1,5 +1,6 @@
 //! What the laws share: rendering small images, and families of comparisons with a stated false-alarm rate.
 
+mod densities;
 mod estimate;
 mod family;
 mod pairs;
@@ -7,6 +8,7 @@ mod room;
 mod sky;
 mod truth;
 
+pub use densities::PathDensities;
 pub use estimate::Estimate;
 pub use family::{Comparison, Family, POWER};
 pub use pairs::{COLUMNS, Entry, agree, pixels_without_delta};

@@ -49,8 +49,23 @@ fn weights_of_bidirectional_path_tracing() {
     let entries = [
         entry("mis by power", json!({"roulette": "none"})),
         entry("mis by balance", json!({"roulette": "none", "mis": "balance"})),
+        entry("mis by the maximum", json!({"roulette": "none", "mis": "maximum"})),
         entry("no emitter to camera", json!({"roulette": "none", "emitter_to_camera": false})),
         entry("local roulette", json!({"roulette": "local"})),
+        entry("roulette by throughput", json!({"roulette": "throughput", "roulette_start": 1})),
     ];
     agree("weights of bidirectional path tracing", &scene(), 5, &entries, 0.99);
+}
+
+#[test]
+fn connections_of_bidirectional_path_tracing() {
+    let entry = |label, settings| Entry::new("bdpt", 24).with(label, settings).by_night(4);
+    let entries = [
+        entry("every connection", json!({"roulette": "none"})),
+        entry("several light subpaths", json!({"roulette": "none", "light_paths": 3})),
+        entry("emitter points chosen from four", json!({"roulette": "none", "next_event_candidates": 4})),
+        entry("roulette on connections", json!({"roulette": "none", "connections": "roulette"})),
+        entry("one connection chosen", json!({"roulette": "none", "connections": "resampled", "light_paths": 2})),
+    ];
+    agree("connections of bidirectional path tracing", &scene(), 4, &entries, 0.99);
 }

@@ -4,11 +4,15 @@ use crate::error::{BAD_INPUT, Error, Status};
 use crate::export::exr::LayerSelection;
 use crate::machine::VERSION;
 use crate::progress::Verbosity;
+use crate::relight_command::Dimmer;
 use crate::settings::Assignment;
 use crate::stop::Stop;
-use crate::{bsdf, convert_command, diff_command, list_command, render_command, run_command, scene_command};
+use crate::{
+    bsdf, convert_command, diff_command, list_command, parts, relight_command, render_command, run_command,
+    scene_command,
+};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use integrators::Window;
+use integrators::{Methods, PathClass, Window};
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -38,6 +42,8 @@ pub enum Command {
     Scene(SceneArgs),
     /// Write another program's scene (Mitsuba's .xml, .pbrt, .gltf, .glb, or .obj) as a scene file.
     Convert(ConvertArgs),
+    /// Change the brightness of light groups in an image rendered with --layers groups.
+    Relight(RelightArgs),
     /// Say how far one image file is from another, layer by layer.
     Diff(DiffArgs),
     /// Look at a scattering model: its parameters, albedo and pictures.
@@ -137,9 +143,12 @@ pub struct RenderArgs {
     /// Do all work, also what this scene does not need.
     #[arg(long)]
     pub no_skip: bool,
-    /// Layers of the image besides the beauty: orders, variance; or beauty for none.
+    /// Layers of the image besides the beauty: orders, variance, strategies, groups; or beauty for none.
     #[arg(long, value_name = "LIST", default_value = "orders")]
     pub layers: LayerSelection,
+    /// A layer for the paths of a light-path expression, such as caustics='CDS+L' (see `neumann lpe`).
+    #[arg(long, value_name = "NAME=EXPR", value_parser = parts::class)]
+    pub lpe: Vec<PathClass>,
     /// Change a setting of the method: mis=power or bdpt.mis=power.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<Assignment>,
@@ -174,6 +183,19 @@ pub struct ConvertArgs {
     pub scene: String,
     /// The scene file to write; meshes that have no file of their own are written beside it.
     #[arg(long, short, value_name = "SCENE.toml")]
+    pub output: PathBuf,
+}
+
+/// `neumann relight`.
+#[derive(Clone, Debug, Args)]
+pub struct RelightArgs {
+    /// The image, rendered with `--layers orders,groups`.
+    pub image: PathBuf,
+    /// By what to multiply the light of a group: a number, or one each for red, green and blue. Other groups stay as they are.
+    #[arg(value_name = "GROUP=FACTOR", required = true, value_parser = relight_command::dimmer)]
+    pub groups: Vec<Dimmer>,
+    /// The image to write.
+    #[arg(long, short, value_name = "OUT.exr")]
     pub output: PathBuf,
 }
 
@@ -230,10 +252,15 @@ pub enum ListKind {
     Filters,
 }
 
-/// Runs the command line of this process.
+/// Runs the command line of this process with THE LIST of methods.
 pub fn main() -> ExitCode {
+    main_with(&Methods::standard())
+}
+
+/// The same with methods of one's own among them, which every command knows like the others.
+pub fn main_with(methods: &Methods) -> ExitCode {
     let cli = Cli::parse();
-    match execute(&cli) {
+    match execute(&cli, methods) {
         Ok(status) => ExitCode::from(status.code()),
         Err(error) => {
             report(&error);
@@ -245,18 +272,19 @@ pub fn main() -> ExitCode {
     }
 }
 
-fn execute(cli: &Cli) -> Result<Status, Error> {
+fn execute(cli: &Cli, methods: &Methods) -> Result<Status, Error> {
     let verbosity = if cli.quiet { Verbosity::Quiet } else { Verbosity::Normal };
     let signals = || Stop::on_signals().map_err(|e| Error::usage(format!("cannot listen to Ctrl-C and SIGTERM: {e}")));
     let default = Command::Run(RunArgs { experiment: "comparison".to_owned(), ..RunArgs::default() });
     match cli.command.as_ref().unwrap_or(&default) {
-        Command::Run(args) => run_command::run(args, verbosity, &signals()?),
-        Command::Render(args) => render_command::render(args, verbosity, &signals()?),
-        Command::Scene(args) => scene_command::scene(args, verbosity),
+        Command::Run(args) => run_command::run(args, methods, verbosity, &signals()?),
+        Command::Render(args) => render_command::render(args, methods, verbosity, &signals()?),
+        Command::Scene(args) => scene_command::scene(args, methods, verbosity),
         Command::Convert(args) => convert_command::convert(args),
+        Command::Relight(args) => relight_command::relight(args),
         Command::Diff(args) => diff_command::diff(args),
         Command::Bsdf(args) => bsdf::bsdf(args),
-        Command::List(args) => list_command::list(args),
+        Command::List(args) => list_command::list(args, methods),
     }
 }
 

@@ -12,7 +12,7 @@ use sampling::sampler::SamplerKind;
 ///
 /// # Errors
 /// If standard output cannot be written.
-pub fn list(args: &ListArgs) -> Result<Status, Error> {
+pub fn list(args: &ListArgs, methods: &Methods) -> Result<Status, Error> {
     let kinds = [
         ("methods", ListKind::Methods),
         ("bsdfs", ListKind::Bsdfs),
@@ -22,9 +22,9 @@ pub fn list(args: &ListArgs) -> Result<Status, Error> {
         ("filters", ListKind::Filters),
     ];
     let text = match args.kind {
-        Some(kind) => lines(kind).concat(),
+        Some(kind) => lines(kind, methods).concat(),
         None => {
-            let section = |(title, kind)| format!("{title}\n{}\n", indented(&lines(kind)));
+            let section = |(title, kind)| format!("{title}\n{}\n", indented(&lines(kind, methods)));
             kinds.map(section).concat()
         }
     };
@@ -37,14 +37,14 @@ fn indented(lines: &[String]) -> String {
 }
 
 /// One line a name: the name first, so that scripts may cut it off.
-fn lines(kind: ListKind) -> Vec<String> {
+fn lines(kind: ListKind, methods: &Methods) -> Vec<String> {
     let plain = |names: &[&str]| names.iter().map(|name| format!("{name}\n")).collect();
     match kind {
         ListKind::Methods => {
             let line = |entry: &integrators::method::MethodEntry| {
                 format!("{:<12} {}; settings {}\n", entry.name, entry.summary, entry.defaults)
             };
-            Methods::standard().entries().iter().map(line).collect()
+            methods.entries().iter().map(line).collect()
         }
         ListKind::Bsdfs => Bsdf::MODELS.iter().map(|model| format!("{:<20} {}\n", model.name, model.about)).collect(),
         ListKind::Scenes => plain(scenes::builtin_names()),

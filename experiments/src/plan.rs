@@ -53,14 +53,14 @@ impl Plan {
     ///
     /// # Errors
     /// The first fault, with its place and mend.
-    pub fn new(source: &Source, experiment: Experiment) -> Result<Self, Error> {
+    pub fn new(source: &Source, experiment: Experiment, methods: &Methods) -> Result<Self, Error> {
         experiment.check().map_err(|(key, message)| source.blame(&key, message))?;
         let budget = match (experiment.spp, experiment.seconds) {
             (Some(spp), _) => Budget::samples(spp, experiment.replicates),
             (None, seconds) => Budget::seconds(seconds.unwrap_or_default(), experiment.replicates),
         };
         let budget = budget.map_err(|message| source.blame("spp", message))?;
-        let methods = planned_methods(source, &experiment)?;
+        let methods = planned_methods(source, &experiment, methods)?;
         let scenes = planned_scenes(source, &experiment)?;
         let plan = Self { name: source.name.clone(), experiment, scenes, methods, budget };
         plan.check_support()?;
@@ -105,12 +105,12 @@ impl Plan {
 }
 
 /// Every method with every sampler, methods in turn.
-fn planned_methods(source: &Source, experiment: &Experiment) -> Result<Vec<PlannedMethod>, Error> {
+fn planned_methods(source: &Source, experiment: &Experiment, registry: &Methods) -> Result<Vec<PlannedMethod>, Error> {
     let (entries, samplers) = (&experiment.methods, &experiment.sampler.0);
     let mut planned: Vec<PlannedMethod> = Vec::new();
     for (i, entry) in entries.iter().enumerate() {
         let blame = |key: &str, message: String| source.blame(&format!("methods.{i}.{key}"), message);
-        let (method, setting) = built(entry).map_err(|message| blame("name", message))?;
+        let (method, setting) = built(entry, registry).map_err(|message| blame("name", message))?;
         if let Some(twin) = planned.iter().find(|p| p.method.name() == entry.name && p.setting == setting) {
             return Err(blame("name", format!("{} is listed twice with the same settings; leave one out", twin.entry)));
         }
@@ -131,7 +131,7 @@ fn planned_methods(source: &Source, experiment: &Experiment) -> Result<Vec<Plann
                 return Err(blame("label", format!("two methods are labelled {label}; give them different labels")));
             }
             // The first sampler takes the method that was built to look at it, the others one like it.
-            let method = method.take().map_or_else(|| built(entry).map(|b| b.0), Ok);
+            let method = method.take().map_or_else(|| built(entry, registry).map(|b| b.0), Ok);
             let method = method.map_err(|message| blame("name", message))?;
             planned.push(PlannedMethod { label, entry: name.clone(), sampler, setting: setting.clone(), method });
         }
@@ -140,8 +140,7 @@ fn planned_methods(source: &Source, experiment: &Experiment) -> Result<Vec<Plann
 }
 
 /// A method, and the settings in which it differs from its defaults.
-fn built(entry: &MethodEntry) -> Result<(Box<dyn Integrator>, String), String> {
-    let registry = Methods::standard();
+fn built(entry: &MethodEntry, registry: &Methods) -> Result<(Box<dyn Integrator>, String), String> {
     let method = registry.build(&entry.name, &table_to_json(&entry.settings)).map_err(|e| e.to_string())?;
     let defaults = registry.entries().iter().find(|e| e.name == entry.name).map(|e| &e.defaults);
     let setting = defaults.map_or(String::new(), |defaults| differences(&method.settings(), defaults));
@@ -171,7 +170,7 @@ mod tests {
     fn plan(changes: &[&str]) -> Result<Plan, Error> {
         let source = Source::open("comparison")?;
         let changes: Vec<Assignment> = changes.iter().map(|text| text.parse().unwrap()).collect();
-        Plan::new(&source, change_experiment(source.parse()?, &changes)?)
+        Plan::new(&source, change_experiment(source.parse()?, &changes)?, &Methods::standard())
     }
 
     fn message(changes: &[&str]) -> String {
@@ -182,7 +181,7 @@ mod tests {
     fn every_embedded_experiment_can_be_run() {
         for (name, _) in crate::source::LIBRARY {
             let source = Source::open(name).unwrap();
-            let plan = Plan::new(&source, source.parse().unwrap()).unwrap();
+            let plan = Plan::new(&source, source.parse().unwrap(), &Methods::standard()).unwrap();
             let experiment = &plan.experiment;
             assert_eq!(plan.methods.len(), experiment.methods.len() * experiment.sampler.0.len(), "{name}");
         }

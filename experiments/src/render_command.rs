@@ -5,15 +5,17 @@ use crate::cli::{RenderArgs, print};
 use crate::config::{self, HIGHEST_ORDER};
 use crate::error::{Error, Status};
 use crate::export::exr::{ImageMeta, write_measurement};
+use crate::export::pyramid;
 use crate::export::write_atomically;
 use crate::machine::{VERSION, require_memory};
 use crate::output;
+use crate::parts;
 use crate::progress::{Progress, Verbosity, while_loading};
 use crate::settings;
 use crate::statistics_file::{Context, Seconds, Statistics};
 use crate::stop::Stop;
-use integrators::render::check_window;
-use integrators::{Integrator, Measurement, Methods, Orders, Render, RenderSettings, Window};
+use integrators::render::{self, check_window};
+use integrators::{Integrator, Measurement, Methods, Orders, PartSettings, Render, RenderSettings, Window};
 use sampling::sampler::{Role, SamplerKind};
 use scenes::{Scene, Skip};
 use std::path::{Path, PathBuf};
@@ -28,12 +30,15 @@ const DEFAULT_MAX_ORDER: usize = 8;
 ///
 /// # Errors
 /// If anything asked for is impossible: found out before any ray is traced, but for a disk that fills up.
-pub fn render(args: &RenderArgs, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
-    let job = while_loading(verbosity, || Job::prepare(args))?;
+pub fn render(args: &RenderArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
+    let job = while_loading(verbosity, || Job::prepare(args, methods))?;
     let pool = budget::pool(args.threads)?;
     let (measurement, status) = pool.install(|| job.run(verbosity, stop))?;
     let write = Instant::now();
     write_measurement(&job.output, &measurement, &job.meta(), args.layers)?;
+    if args.layers.strategies {
+        pyramid::write(&job.pyramid(), &measurement, &format!("{} in {}", args.method, job.scene.name))?;
+    }
     let seconds = Seconds { render: measurement.seconds(), write: write.elapsed().as_secs_f64(), ..job.seconds };
     if let Some(path) = &args.stats {
         let statistics = Statistics::new(&measurement, job.context(pool.current_num_threads()), seconds);
@@ -60,14 +65,16 @@ struct Job {
     window: Window,
     method: Box<dyn Integrator>,
     settings: RenderSettings,
+    /// What the image is taken apart into.
+    parts: PartSettings,
     budget: Budget,
     output: PathBuf,
     seconds: Seconds,
 }
 
 impl Job {
-    fn prepare(args: &RenderArgs) -> Result<Self, Error> {
-        let method = Methods::standard().build(&args.method, &settings::of_method(&args.set, &args.method)?)?;
+    fn prepare(args: &RenderArgs, methods: &Methods) -> Result<Self, Error> {
+        let method = methods.build(&args.method, &settings::of_method(&args.set, &args.method)?)?;
         let sampler = config::sampler(&args.sampler)?;
         let filter = args.filter.as_deref().map(config::filter).transpose()?;
         let budget = match (args.seconds, args.spp.unwrap_or(DEFAULT_SPP)) {
@@ -91,16 +98,21 @@ impl Job {
         let settings = render_settings(&*method, orders, tail, args.seed, sampler);
         let window = args.crop.clone().unwrap_or_else(|| Window::of(&scene));
         check_window(&scene, &window)?;
-        Ok(Self { scene, window, method, settings, budget, output, seconds })
+        let parts = parts::settings(args.layers, &args.lpe)?;
+        Ok(Self { scene, window, method, settings, parts, budget, output, seconds })
     }
 
     /// All replicates, or those that were complete when the user asked for an end.
     fn run(&self, verbosity: Verbosity, stop: &Stop) -> Result<(Measurement, Status), Error> {
         let pixels = u64::from(self.window.width()) * u64::from(self.window.height());
-        let layers = self.settings.orders.iter().count() as u64 + u64::from(self.settings.tail);
-        require_memory(u128::from(Render::bytes(pixels, layers)), "this image")?;
+        let request = render::request(&self.scene, &*self.method, &self.settings, &self.parts)?;
+        let layers = request.film_layers() as u64;
+        let what = if layers > 2 * request.layers().len() as u64 { "this image, taken apart," } else { "this image" };
+        require_memory(u128::from(Render::bytes(pixels, layers)), what)?;
 
-        let render = |settings| Render::cropped(&self.scene, &*self.method, settings, self.window.clone());
+        let render = |settings: RenderSettings| {
+            Render::of_request(&self.scene, &*self.method, settings, self.window.clone(), request.clone())
+        };
         let samples_per_replicate = self.budget.samples_per_replicate(&render, &self.settings, stop)?;
         let mut render = render(RenderSettings { samples_per_replicate, ..self.settings.clone() })?;
         let mut progress = Progress::new(f64::from(self.budget.replicates), verbosity);
@@ -112,6 +124,12 @@ impl Job {
             }
         }
         Ok((render.finish(), Status::Done))
+    }
+
+    /// Where the sheet of strategies goes: beside the image.
+    fn pyramid(&self) -> PathBuf {
+        let stem = self.output.file_stem().unwrap_or_default().to_string_lossy();
+        self.output.with_file_name(format!("{stem}_strategies.png"))
     }
 
     fn meta(&self) -> ImageMeta {

@@ -13,6 +13,7 @@ use crate::result::{AgreementRow, ExperimentResult, RatioRow, Verdict};
 use crate::source::Source;
 use crate::stop::Stop;
 use crate::{agreement, budget, convergence, ratio, record, report, runner, settings};
+use integrators::Methods;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -20,11 +21,11 @@ use std::time::SystemTime;
 ///
 /// # Errors
 /// If anything asked for is impossible: found out before any ray is traced, but for a disk that fills up.
-pub fn run(args: &RunArgs, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
+pub fn run(args: &RunArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
     let started = SystemTime::now();
     let source = Source::open(&args.experiment)?;
     let experiment = changed(source.parse()?, args)?;
-    let mut plan = while_loading(verbosity, || Plan::new(&source, experiment))?;
+    let mut plan = while_loading(verbosity, || Plan::new(&source, experiment, methods))?;
     let path = args.out.clone().unwrap_or_else(|| PathBuf::from("results").join(&plan.name));
     let former = former_results(&path, &plan, args)?;
     let folder = Folder::open(&path)?;

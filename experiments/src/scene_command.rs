@@ -50,13 +50,13 @@ struct Support {
 ///
 /// # Errors
 /// If the scene cannot be loaded.
-pub fn scene(args: &SceneArgs, verbosity: Verbosity) -> Result<Status, Error> {
+pub fn scene(args: &SceneArgs, registry: &Methods, verbosity: Verbosity) -> Result<Status, Error> {
     let (scene, found) = while_loading(verbosity, || {
         let (builder, found) = scenes::load::open_with_notes(&args.scene, None)?;
         let built = builder.build(Skip::Unneeded);
         built.map(|scene| (scene, found)).map_err(|error| scenes::load::placed(error, &args.scene))
     })?;
-    let report = describe(&scene, &found)?;
+    let report = describe(&scene, &found, registry)?;
     let text = match args.json {
         true => serde_json::to_string_pretty(&report).unwrap_or_default() + "\n",
         false => in_words(&report),
@@ -72,8 +72,7 @@ pub fn scene(args: &SceneArgs, verbosity: Verbosity) -> Result<Status, Error> {
     Ok(Status::Done)
 }
 
-fn describe<'a>(scene: &'a Scene, found: &[Note]) -> Result<Report<'a>, Error> {
-    let registry = Methods::standard();
+fn describe<'a>(scene: &'a Scene, found: &[Note], registry: &Methods) -> Result<Report<'a>, Error> {
     let mut methods = Vec::new();
     for entry in registry.entries() {
         let method = registry.build(entry.name, &serde_json::Value::Null)?;

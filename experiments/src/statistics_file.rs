@@ -1,7 +1,7 @@
 //! `--stats`: what a render measured, as JSON.
 
 use crate::machine::{VERSION, peak_memory};
-use integrators::{Layer, Measurement};
+use integrators::{Layer, Measurement, Part, Quantity};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -32,6 +32,9 @@ pub struct Statistics {
     invalid: Vec<u64>,
     orders: Vec<Entry>,
     total: Estimate,
+    /// What the image was taken apart into.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    parts: Vec<PartEntry>,
     missing_light: Vec<String>,
     peak_memory_bytes: Option<u64>,
 }
@@ -58,6 +61,14 @@ struct Rays {
 #[derive(Debug, Serialize)]
 struct Entry {
     order: Value,
+    #[serde(flatten)]
+    estimate: Estimate,
+}
+
+#[derive(Debug, Serialize)]
+struct PartEntry {
+    /// Its name in the image file.
+    layer: String,
     #[serde(flatten)]
     estimate: Estimate,
 }
@@ -97,16 +108,26 @@ impl Statistics {
     /// Gathers everything.
     pub fn new(m: &Measurement, context: Context, seconds: Seconds) -> Self {
         let of_sample = |variance: [f64; 3]| variance.map(|v| v * f64::from(m.samples_per_replicate));
+        let estimate = |i: usize| Estimate {
+            mean: m.image_mean(i),
+            variance: m.image_variance(i).map(of_sample),
+            mean_se: m.image_mean_error(i),
+        };
         let entry = |(i, &layer): (usize, &Layer)| Entry {
             order: match layer {
                 Layer::Order(k) => Value::from(k),
                 Layer::Tail => Value::from("tail"),
             },
-            estimate: Estimate {
-                mean: m.image_mean(i),
-                variance: m.image_variance(i).map(of_sample),
-                mean_se: m.image_mean_error(i),
-            },
+            estimate: estimate(i),
+        };
+        let part = |(i, part): (usize, &Part)| {
+            let name = part.name(m.max_order);
+            let layer = match part {
+                Part::Strategy { quantity: Quantity::Weights, .. } => return None,
+                Part::Strategy { quantity: Quantity::Raw, .. } => format!("{name}_raw"),
+                _ => name,
+            };
+            Some(PartEntry { layer, estimate: estimate(i) })
         };
         Self {
             neumann: VERSION,
@@ -136,6 +157,7 @@ impl Statistics {
                 variance: m.total_variance.map(of_sample),
                 mean_se: m.total_image_mean_error(),
             },
+            parts: m.parts().filter_map(part).collect(),
             missing_light: context.missing_light,
             peak_memory_bytes: peak_memory(),
         }

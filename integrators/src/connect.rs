@@ -1,4 +1,4 @@
-//! The densities of a bidirectional path under every strategy, and the MIS weight they give.
+//! The MIS weights of bidirectional paths, from sums that are carried along the subpaths.
 //!
 //! A path of `n` vertices, numbered from the emitter (0) to the camera (`n − 1`), is made by strategy `s` with density
 //!
@@ -6,30 +6,19 @@
 //!
 //! `light[i]` and `camera[i]` being the densities with which a walk from that end generates vertex `i` from its neighbour
 //! [Veach97, §10.2]. Strategy 1 chooses its emitter vertex as seen from vertex 1, with a density of its own.
+//!
+//! The ratio of `p_{s−1}` to `p_s` is that of the two densities of vertex `s − 1`. All but those of the two vertices on either side
+//! of a connection are known before it is made; so the terms of the strategies with fewer light vertices are summed up once along the
+//! light subpath, those with fewer camera vertices along the camera's, and a weight takes the same few steps however long the
+//! path is [vanAntwerpen11; Georgiev12].
 
 use crate::vertex::{PathVertex, Site, density_across, density_at};
 use crate::walk::WalkRules;
+use sampling::Vec3;
 use sampling::bsdf::TransportMode;
 use sampling::fault;
-use sampling::mis::Heuristic;
+use sampling::mis::{Heuristic, Rivals};
 use scenes::{EmitterId, Endpoint, EndpointKind, Rays, Scene, SurfacePoint};
-
-/// A path's densities, from both ends.
-#[derive(Clone, Debug, Default)]
-pub struct PathDensities {
-    /// Density of vertex `i` from the light's end.
-    pub light: Vec<f64>,
-    /// Density of vertex `i` from the camera's end; that of the camera itself, which all strategies choose alike, is not used.
-    pub camera: Vec<f64>,
-    /// Whether a connection may end at vertex `i` of this path: it did not scatter by a delta lobe.
-    pub connectable: Vec<bool>,
-    /// Density of vertex 0 when it is chosen as seen from vertex 1.
-    pub next_event: f64,
-    /// Whether a walk from the camera can meet vertex 0.
-    pub hittable: bool,
-    /// Whether an emitter is connected straight to the camera (strategy 1 of paths of two vertices).
-    pub emitter_to_camera: bool,
-}
 
 /// What a light subpath knows of its first vertex, or a camera subpath of the emitter that it met.
 #[derive(Clone, Copy, Debug)]
@@ -57,7 +46,7 @@ impl EmitterEnd {
     }
 
     /// Density of the vertex as the start of a light subpath, and of `to` as its second vertex, if `to` is on the path.
-    fn emission_densities(&self, scene: &Scene, to: &PathVertex) -> (f64, f64) {
+    pub fn emission_densities(&self, scene: &Scene, to: &PathVertex) -> (f64, f64) {
         let at = &self.endpoint.at;
         let infinite = self.endpoint.kind.is_infinite();
         let d = if infinite { at.ng } else { (to.at.p - at.p).normalize_or_zero() };
@@ -65,148 +54,211 @@ impl EmitterEnd {
         let next = if infinite { density_across(&to.at, pdf_d, d) } else { density_at(&to.at, pdf_d, at.p) };
         ((pdf_p * scene.emitter_pmf(self.emitter)) as f64, next)
     }
+
+    /// Whether a walk from the camera can meet it.
+    #[inline]
+    fn is_hittable(&self) -> bool {
+        fault!("emitter_hits_left_out_of_the_sum", !self.endpoint.kind.is_delta(), false)
+    }
 }
 
-impl PathDensities {
-    /// Sets the densities of the path made by joining the last vertices of two subpaths, the light one not empty.
+/// The strategies that a method uses, and how they share a path.
+#[derive(Clone, Copy, Debug)]
+pub struct Strategies {
+    /// How they are weighted.
+    pub mis: Heuristic,
+    /// Whether an emitter is connected straight to the camera, strategy (1, 1).
+    pub emitter_to_camera: bool,
+    /// Samples of every strategy that uses a light subpath, for one of the others.
+    pub light_paths: f64,
+    /// How light subpaths are traced.
+    pub light: WalkRules,
+    /// How camera subpaths are traced.
+    pub camera: WalkRules,
+}
+
+/// The densities at the two vertices of a connection and the two before them, per area or as it is at what is infinitely far.
+#[derive(Clone, Copy, Debug, Default)]
+struct Joint {
+    /// Of the light subpath's last vertex, and the one before it, from the camera's end.
+    to_y: f64,
+    back_y: f64,
+    /// Of the camera subpath's last vertex, and the one before it, from the light's end.
+    to_z: f64,
+    back_z: f64,
+}
+
+impl Strategies {
+    /// Sums up along a light subpath what shorter ones have against each.
+    pub fn sum_light(&self, light: &mut [PathVertex], next_event: f64) {
+        let mut rivals = Rivals::NONE;
+        for j in 0..light.len().saturating_sub(2) {
+            rivals = self.fewer_light(light, j, light[j].delta, rivals, (light[j].pdf_rev, next_event));
+            light[j].rivals = rivals;
+        }
+    }
+
+    /// Sums up along a camera subpath what shorter ones have against each.
+    pub fn sum_camera(&self, camera: &mut [PathVertex]) {
+        let mut rivals = Rivals::NONE;
+        for j in 1..camera.len().saturating_sub(2) {
+            rivals = self.fewer_camera(camera, j, camera[j].delta, rivals, camera[j].pdf_rev);
+            camera[j].rivals = rivals;
+        }
+    }
+
+    /// The strategies of at most `j` light vertices as rivals of that of `j + 1`: those of at most `j − 1` are `fewer`, and the
+    /// densities from the other end are that of vertex `j` and that of vertex 0 by next-event estimation. `delta` is whether
+    /// vertex `j` scatters by a delta lobe on this path.
+    #[inline]
+    fn fewer_light(
+        &self,
+        light: &[PathVertex],
+        j: usize,
+        delta: bool,
+        fewer: Rivals,
+        (pdf_rev, next_event): (f64, f64),
+    ) -> Rivals {
+        let (possible, share) = match j {
+            0 => (emitter_end(&light[0]).is_some_and(|end| end.is_hittable()), 1.0),
+            1 => (!delta, ratio(next_event, light[0].pdf_fwd)),
+            _ => (!delta && !light[j - 1].delta, self.light_paths),
+        };
+        let rivals = if possible { self.mis.join(fewer, share) } else { fewer };
+        self.mis.relative(rivals, ratio(pdf_rev, light[j].pdf_fwd))
+    }
+
+    /// The strategies of at most `j ≥ 1` camera vertices, of which the path's other vertices are two or more, as rivals of
+    /// that of `j + 1`.
+    #[inline]
+    fn fewer_camera(&self, camera: &[PathVertex], j: usize, delta: bool, fewer: Rivals, pdf_rev: f64) -> Rivals {
+        let possible = !delta && !camera[j - 1].delta;
+        let rivals = if possible { self.mis.join(fewer, self.light_paths) } else { fewer };
+        self.mis.relative(rivals, ratio(pdf_rev, camera[j].pdf_fwd))
+    }
+
+    /// What shorter camera subpaths have against one of `t` vertices, whose last two have these densities from the light's end.
+    #[inline]
+    fn shorter_camera(&self, camera: &[PathVertex], to_z: f64, back_z: f64) -> Rivals {
+        let t = camera.len();
+        let before = |n: usize| t.checked_sub(n).filter(|&j| j > 0);
+        let Some(last) = before(1) else { return Rivals::NONE };
+        let mut rivals = before(3).map_or(Rivals::NONE, |j| camera[j].rivals);
+        if let Some(j) = before(2) {
+            rivals = self.fewer_camera(camera, j, camera[j].delta, rivals, back_z);
+        }
+        self.fewer_camera(camera, last, false, rivals, to_z)
+    }
+
+    /// The weight of the path made by joining the last vertices of two subpaths, the light one not empty.
     ///
     /// `next_event` is the density of the emitter's vertex when it is chosen as seen from vertex 1.
-    pub fn set_connected(
-        &mut self,
-        scene: &Scene,
-        rules: (&WalkRules, &WalkRules),
-        light: &[PathVertex],
-        camera: &[PathVertex],
-        next_event: f64,
-    ) {
-        let (light_rules, camera_rules) = rules;
+    pub fn weight_connected(&self, scene: &Scene, light: &[PathVertex], camera: &[PathVertex], next_event: f64) -> f64 {
+        let (s, mis) = (light.len(), self.mis);
+        let joint = self.joint(scene, light, camera);
+        let from_camera = self.shorter_camera(camera, joint.to_z, joint.back_z);
+        if s == 1 {
+            let Some(end) = emitter_end(&light[0]) else { return 1.0 };
+            let met =
+                if end.is_hittable() { mis.join(Rivals::NONE, ratio(joint.to_y, next_event)) } else { Rivals::NONE };
+            // As the camera's rivals know it, this strategy has the density of a light subpath's first vertex.
+            let from_camera = mis.relative(from_camera, ratio(joint.back_y, next_event));
+            return mis.weight(mis.merge(met, from_camera));
+        }
+        let fewer = if s >= 3 { light[s - 3].rivals } else { Rivals::NONE };
+        let fewer = self.fewer_light(light, s - 2, light[s - 2].delta, fewer, (joint.back_y, next_event));
+        let from_light = self.fewer_light(light, s - 1, false, fewer, (joint.to_y, next_event));
+        mis.weight(mis.relative(mis.merge(from_light, from_camera), 1.0 / self.light_paths))
+    }
+
+    /// The weight of the path that a camera subpath makes alone, its last vertex being on an emitter.
+    pub fn weight_emission(&self, scene: &Scene, camera: &[PathVertex], end: &EmitterEnd) -> f64 {
+        let (t, mis) = (camera.len(), self.mis);
+        let (met, before) = (&camera[t - 1], &camera[t - 2]);
+        let (to_z, back_z) = end.emission_densities(scene, before);
+        // Strategy 1 has a density of its own for the emitter's vertex; those of two light vertices and more follow.
+        let by_next_event = if t == 2 { self.emitter_to_camera } else { !before.delta };
+        let mut rivals = Rivals::NONE;
+        if by_next_event {
+            rivals = mis.join(rivals, ratio(end.next_event_density(scene, &before.at), met.pdf_fwd));
+        }
+        if t >= 3 {
+            let fewer = if t >= 4 { camera[t - 3].rivals } else { Rivals::NONE };
+            let fewer = self.fewer_camera(camera, t - 2, before.delta, fewer, back_z);
+            rivals = mis.merge(rivals, mis.relative(fewer, ratio(to_z, met.pdf_fwd)));
+        }
+        mis.weight(rivals)
+    }
+
+    /// The densities around a connection. Where the light subpath is one vertex, `back_y` is its density as a light walk's start.
+    fn joint(&self, scene: &Scene, light: &[PathVertex], camera: &[PathVertex]) -> Joint {
         let (s, t) = (light.len(), camera.len());
-        self.copy_subpaths(light, camera);
         let (y, z) = (&light[s - 1], &camera[t - 1]);
-        let to_y = match (y.is_infinite(), z.is_infinite()) {
-            (true, _) => -y.at.ng,
-            (false, true) => z.at.ng,
-            (false, false) => (y.at.p - z.at.p).normalize_or_zero(),
-        };
-        self.next_event = next_event;
+        let to_y = direction(z, y);
+        let mut joint = Joint::default();
         match &y.site {
             Site::Emitter(emitter, endpoint) => {
                 let end = EmitterEnd { emitter: *emitter, endpoint: *endpoint };
-                (self.light[0], self.light[1]) = end.emission_densities(scene, z);
-                self.hittable = !endpoint.kind.is_delta();
+                (joint.back_y, joint.to_z) = end.emission_densities(scene, z);
             }
             Site::Surface(interaction) => {
-                let survival = light_rules.survival(interaction);
+                let survival = self.light.survival(interaction);
                 let forward = interaction.pdf(y.wo, -to_y, TransportMode::Importance);
-                self.light[s] = z.density(forward * survival, y.at.p);
+                joint.to_z = z.density(forward * survival, y.at.p);
                 let back = interaction.pdf(-to_y, y.wo, TransportMode::Radiance);
-                self.camera[s - 2] = light[s - 2].density(back * survival, y.at.p);
-                self.hittable = !matches!(&light[0].site, Site::Emitter(_, endpoint) if endpoint.kind.is_delta());
+                joint.back_y = light[s - 2].density(back * survival, y.at.p);
             }
             Site::Camera(_) => {}
         }
         match &z.site {
-            Site::Camera(rays) => {
-                let (_, pdf) = scene.camera.pdf_we(&z.at, to_y);
-                self.camera[s - 1] = match rays {
-                    Rays::FromPoint | Rays::FromLens => y.density(pdf, z.at.p),
-                    Rays::Parallel => fault!(
-                        "parallel_rays_taken_for_diverging",
-                        density_across(&y.at, pdf, to_y),
-                        y.density(pdf, z.at.p)
-                    ),
-                };
-            }
+            Site::Camera(rays) => joint.to_y = camera_density(scene, *rays, z, y, to_y),
             Site::Surface(interaction) => {
-                let survival = camera_rules.survival(interaction);
+                let survival = self.camera.survival(interaction);
                 let forward = interaction.pdf(z.wo, to_y, TransportMode::Radiance);
-                self.camera[s - 1] = y.density(forward * survival, z.at.p);
+                joint.to_y = y.density(forward * survival, z.at.p);
                 if t >= 3 {
                     let back = interaction.pdf(to_y, z.wo, TransportMode::Importance);
-                    self.light[s + 1] = camera[t - 2].density(back * survival, z.at.p);
+                    joint.back_z = camera[t - 2].density(back * survival, z.at.p);
                 }
             }
             Site::Emitter(..) => {}
         }
+        joint
     }
+}
 
-    /// Sets the densities of the path that a camera subpath makes alone, its last vertex being on an emitter.
-    pub fn set_emission(&mut self, scene: &Scene, camera: &[PathVertex], end: &EmitterEnd) {
-        self.copy_subpaths(&[], camera);
-        let before = &camera[camera.len() - 2];
-        (self.light[0], self.light[1]) = end.emission_densities(scene, before);
-        self.next_event = end.next_event_density(scene, &before.at);
-        self.hittable = true;
+/// A density over another. Both are 0 where a surface is seen exactly edge-on, by rounding: what has no density is no rival.
+#[inline]
+fn ratio(a: f64, b: f64) -> f64 {
+    if a == 0.0 { 0.0 } else { a / b }
+}
+
+/// The unit direction from a camera subpath's last vertex to a light subpath's.
+#[inline]
+pub fn direction(z: &PathVertex, y: &PathVertex) -> Vec3 {
+    match (y.is_infinite(), z.is_infinite()) {
+        (true, _) => -y.at.ng,
+        (false, true) => z.at.ng,
+        (false, false) => (y.at.p - z.at.p).normalize_or_zero(),
     }
+}
 
-    /// Copies what the subpaths know; what depends on how they are joined is left to be set.
-    fn copy_subpaths(&mut self, light: &[PathVertex], camera: &[PathVertex]) {
-        self.light.clear();
-        self.camera.clear();
-        self.connectable.clear();
-        for y in light {
-            self.light.push(y.pdf_fwd);
-            self.camera.push(y.pdf_rev);
-            self.connectable.push(!y.delta);
-        }
-        for z in camera.iter().rev() {
-            self.light.push(z.pdf_rev);
-            self.camera.push(z.pdf_fwd);
-            self.connectable.push(!z.delta);
-        }
-        // The vertices that are joined end their subpaths: a direction they were left by belongs to longer paths.
-        let s = light.len();
-        self.connectable[s] = true;
-        if s > 0 {
-            self.connectable[s - 1] = true;
+/// Density of a vertex that the camera sees in direction `to_y`.
+fn camera_density(scene: &Scene, rays: Rays, camera: &PathVertex, y: &PathVertex, to_y: Vec3) -> f64 {
+    let (_, pdf) = scene.camera.pdf_we(&camera.at, to_y);
+    match rays {
+        Rays::FromPoint | Rays::FromLens => y.density(pdf, camera.at.p),
+        Rays::Parallel => {
+            fault!("parallel_rays_taken_for_diverging", density_across(&y.at, pdf, to_y), y.density(pdf, camera.at.p))
         }
     }
+}
 
-    /// Number of vertices.
-    fn len(&self) -> usize {
-        self.light.len()
-    }
-
-    /// Whether strategy `s` can make the path.
-    #[inline]
-    pub fn is_possible(&self, s: usize) -> bool {
-        match s {
-            0 => fault!("emitter_hits_left_out_of_the_sum", self.hittable, false),
-            1 if self.len() == 2 => self.emitter_to_camera,
-            _ => self.connectable[s - 1] && self.connectable[s],
-        }
-    }
-
-    /// What strategy `s` has beyond the product of densities: strategy 1 chooses its emitter vertex its own way.
-    #[inline]
-    fn factor(&self, s: usize) -> f64 {
-        if s == 1 { self.next_event / self.light[0] } else { 1.0 }
-    }
-
-    /// MIS weight of the strategy `s` that made the path.
-    pub fn weight(&self, s: usize, heuristic: Heuristic) -> f64 {
-        let own = self.factor(s);
-        let mut sum = 1.0;
-        let mut ratio = 1.0;
-        for i in (0..s).rev() {
-            ratio *= self.camera[i] / self.light[i];
-            if ratio == 0.0 {
-                break;
-            }
-            if self.is_possible(i) {
-                sum += heuristic.term(ratio * self.factor(i) / own);
-            }
-        }
-        ratio = 1.0;
-        for i in s..self.len() - 1 {
-            ratio *= self.light[i] / self.camera[i];
-            if ratio == 0.0 {
-                break;
-            }
-            if self.is_possible(i + 1) {
-                sum += heuristic.term(ratio * self.factor(i + 1) / own);
-            }
-        }
-        1.0 / sum
+/// The emitter that a subpath starts from.
+#[inline]
+fn emitter_end(vertex: &PathVertex) -> Option<EmitterEnd> {
+    match &vertex.site {
+        Site::Emitter(emitter, endpoint) => Some(EmitterEnd { emitter: *emitter, endpoint: *endpoint }),
+        _ => None,
     }
 }

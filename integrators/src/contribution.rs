@@ -1,8 +1,10 @@
 //! What a method hands over for every path: where it lands, how it was built, what it carries.
 
+use crate::trail::ClassShare;
 use crate::vertex::PathVertex;
 use sampling::Vec2;
 use sampling::math::Spectrum;
+use scenes::EmitterId;
 
 /// How a path was built. It fixes the path's order, so order and technique cannot disagree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,8 +69,20 @@ pub struct Contribution<'p> {
     pub value: Spectrum,
     /// The MIS weight in [0, 1].
     pub weight: f64,
-    /// The path's vertices.
+    /// The path's vertices, for sinks that ask for them.
     pub path: PathView<'p>,
+    /// The emitter whose light it is; `None` where that is not one emitter's.
+    pub emitter: Option<EmitterId>,
+    /// The path's classes, for sinks that ask for them.
+    pub classes: &'p [ClassShare],
+}
+
+impl Contribution<'_> {
+    /// A contribution of which no more is told than a film needs.
+    #[inline]
+    pub fn new(raster: Vec2, technique: Technique, value: Spectrum, weight: f64) -> Self {
+        Self { raster, technique, value, weight, path: PathView::default(), emitter: None, classes: &[] }
+    }
 }
 
 /// What a sink wants beyond weighted values; methods leave out the work for the rest when compiled.
@@ -76,6 +90,13 @@ pub struct Contribution<'p> {
 pub struct Wants {
     /// The path's vertices.
     pub vertices: bool,
+    /// The path's classes, where a request has any.
+    pub classes: bool,
+}
+
+impl Wants {
+    /// Weighted values and nothing else.
+    pub const NOTHING: Self = Self { vertices: false, classes: false };
 }
 
 /// Whoever takes contributions: a film, or a test.

@@ -2,18 +2,19 @@
 //!
 //! The smallest method in which emitter sampling, BSDF sampling and their combination can be compared [Veach97, §9.3].
 
-use crate::contribution::{Contribution, PathView, Sink, Technique};
+use crate::contribution::{Contribution, Sink, Technique};
 use crate::method::{Estimator, Pixel};
 use crate::next_event::{pdf_next_event, pdf_next_event_environment, sample_next_event, weight2};
 use crate::request::Request;
 use crate::scratch::Scratch;
 use crate::start::{CameraStart, start_camera};
+use crate::trail::{self, Bounce, Trails};
 use sampling::Vec3;
 use sampling::bsdf::TransportMode;
 use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
 use sampling::sampler::{Purpose, Sampler, Subpath};
-use scenes::{Interaction, Needs, Scene};
+use scenes::{EmitterId, Interaction, Needs, Scene};
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 
@@ -41,11 +42,22 @@ pub struct Direct {
 
 impl Default for Direct {
     fn default() -> Self {
-        Self { strategy: Strategy::Mis, mis: Heuristic::Power }
+        Self { strategy: Strategy::Mis, mis: Heuristic::POWER }
     }
 }
 
 impl Estimator for Direct {
+    const CLASSIFIES: bool = true;
+
+    fn makes(&self, technique: Technique) -> bool {
+        match technique {
+            Technique::Connect { s: 0, t: 2 } => true,
+            Technique::Connect { s: 0, t: 3 } => self.strategy != Strategy::Emitter,
+            Technique::Connect { s: 1, t: 2 } => self.strategy != Strategy::Bsdf,
+            _ => false,
+        }
+    }
+
     fn orders(&self, max_order: usize) -> RangeInclusive<usize> {
         0..=max_order.min(1)
     }
@@ -84,32 +96,61 @@ impl Estimator for Direct {
         let CameraStart { raster, sample: start } = start_camera(scene, pixel, sampler, &mut scratch.counters);
         let beta = Spectrum::splat(start.weight);
         scratch.counters.closest += 1;
-        let mut add = |s, t, value: Spectrum, weight| {
-            let technique = Technique::connect(s, t);
-            out.add(Contribution { raster, technique, value: beta * value, weight, path: PathView::default() });
+        let classifier = request.parts().classifier().filter(|_| S::WANTS.classes);
+        let mut add = |(s, t), emitter, value: Spectrum, weight, trails: &mut Trails| {
+            let Trails { camera, classes, .. } = trails;
+            classes.clear();
+            if let (Some(classifier), Some(emitter)) = (classifier, emitter) {
+                trail::end(classifier, camera.at(camera.last()), emitter, classes);
+            }
+            let plain = Contribution::new(raster, Technique::connect(s, t), beta * value, weight);
+            out.add(Contribution { emitter, classes, ..plain });
         };
+        if let Some(classifier) = classifier {
+            scratch.trails.camera.clear();
+            scratch.trails.camera.begin(classifier.camera_start());
+        }
         let Some(hit) = scene.intersect(&start.ray) else {
-            return add(0, 2, scene.environment_le(start.ray.d), 1.0);
+            let le = scene.environment_le(start.ray.d);
+            return add((0, 2), scene.environment, le, 1.0, &mut scratch.trails);
         };
         let wo = -start.ray.d;
         if hit.emitter.is_some() {
-            add(0, 2, scene.le(&hit, wo), 1.0);
+            add((0, 2), hit.emitter, scene.le(&hit, wo), 1.0, &mut scratch.trails);
         }
         if !request.wants(1) {
             return;
         }
         sampler.start_vertex(Subpath::Camera, 1);
-        if let Some((value, weight)) = self.by_emitter(scene, &hit, wo, sampler, scratch) {
-            add(1, 2, value, weight);
-        }
-        if let Some((value, weight)) = self.by_bsdf(scene, &hit, wo, sampler, scratch) {
-            add(0, 3, value, weight);
+        let found = [
+            ((1, 2), self.by_emitter(scene, &hit, wo, sampler, scratch)),
+            ((0, 3), self.by_bsdf(scene, &hit, wo, sampler, scratch)),
+        ];
+        for (technique, found) in found {
+            let Some(Found { emitter, value, weight, wi, delta }) = found else { continue };
+            if let Some(classifier) = classifier {
+                let trail = &mut scratch.trails.camera;
+                trail.scatter(classifier, Subpath::Camera, 0, &Bounce { hit: &hit, wo, wi, delta });
+            }
+            add(technique, Some(emitter), value, weight, &mut scratch.trails);
         }
     }
 }
 
+/// Light that was scattered once.
+struct Found {
+    emitter: EmitterId,
+    /// What arrives, unweighted.
+    value: Spectrum,
+    weight: f64,
+    /// Towards where it came from.
+    wi: Vec3,
+    /// Whether a delta lobe scattered it.
+    delta: bool,
+}
+
 impl Direct {
-    /// Order 1 by a point on an emitter: value and weight.
+    /// Order 1 by a point on an emitter.
     fn by_emitter(
         &self,
         scene: &Scene,
@@ -117,7 +158,7 @@ impl Direct {
         wo: Vec3,
         sampler: &mut Sampler,
         scratch: &mut Scratch,
-    ) -> Option<(Spectrum, f64)> {
+    ) -> Option<Found> {
         if self.strategy == Strategy::Bsdf || !hit.is_connectable() {
             return None;
         }
@@ -133,10 +174,11 @@ impl Direct {
             return None;
         }
         let alone = self.strategy == Strategy::Emitter || event.delta;
-        Some((value, if alone { 1.0 } else { weight2(self.mis, event.pdf, pdf) }))
+        let weight = if alone { 1.0 } else { weight2(self.mis, event.pdf, pdf) };
+        Some(Found { emitter: event.emitter, value, weight, wi: event.wi, delta: false })
     }
 
-    /// Order 1 by a direction from the BSDF: value and weight.
+    /// Order 1 by a direction from the BSDF.
     fn by_bsdf(
         &self,
         scene: &Scene,
@@ -144,7 +186,7 @@ impl Direct {
         wo: Vec3,
         sampler: &mut Sampler,
         scratch: &mut Scratch,
-    ) -> Option<(Spectrum, f64)> {
+    ) -> Option<Found> {
         if self.strategy == Strategy::Emitter {
             return None;
         }
@@ -153,16 +195,21 @@ impl Direct {
         scratch.counters.bsdf_samples += 1;
         let sample = hit.sample(wo, uc, u, TransportMode::Radiance)?;
         scratch.counters.closest += 1;
-        let (le, pdf) = match scene.intersect(&hit.point.spawn(sample.wi)) {
+        let (emitter, le, pdf) = match scene.intersect(&hit.point.spawn(sample.wi)) {
             Some(next) => {
-                (scene.le(&next, -sample.wi), pdf_next_event(scene, &hit.point, next.emitter?, &next, sample.wi))
+                let emitter = next.emitter?;
+                let pdf = pdf_next_event(scene, &hit.point, emitter, &next, sample.wi);
+                (emitter, scene.le(&next, -sample.wi), pdf)
             }
             None => {
                 let emitter = scene.environment?;
-                (scene.environment_le(sample.wi), pdf_next_event_environment(scene, &hit.point, emitter, sample.wi))
+                let pdf = pdf_next_event_environment(scene, &hit.point, emitter, sample.wi);
+                (emitter, scene.environment_le(sample.wi), pdf)
             }
         };
-        let alone = self.strategy == Strategy::Bsdf || sample.lobe.is_delta();
-        Some((sample.weight * le, if alone { 1.0 } else { weight2(self.mis, sample.pdf, pdf) }))
+        let delta = sample.lobe.is_delta();
+        let alone = self.strategy == Strategy::Bsdf || delta;
+        let weight = if alone { 1.0 } else { weight2(self.mis, sample.pdf, pdf) };
+        Some(Found { emitter, value: sample.weight * le, weight, wi: sample.wi, delta })
     }
 }

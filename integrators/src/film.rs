@@ -13,6 +13,7 @@ use crate::measurement::Counters;
 use crate::method::Pixel;
 use crate::request::Request;
 use crate::splats::{Splat, Splats};
+use crate::trail::ClassShare;
 use rayon::prelude::*;
 use sampling::filter::Filter;
 use sampling::{Spectrum, Vec2, fault};
@@ -40,7 +41,7 @@ pub struct BlockFilm<'r> {
 impl<'r> BlockFilm<'r> {
     /// Empty, for blocks of an image of these pixels, and a film of those in a window.
     pub fn new(request: &'r Request, raster: Raster, window: Window) -> Self {
-        let layers = request.layers().len();
+        let layers = request.film_layers();
         let pixels = TILE.min(raster.width) as usize * TILE.min(raster.height) as usize;
         Self {
             request,
@@ -51,14 +52,14 @@ impl<'r> BlockFilm<'r> {
             sums: vec![0.0; pixels * layers * 3],
             splats: Splats::new(window.height().div_ceil(TILE) as usize),
             window,
-            invalid: vec![0; layers],
+            invalid: vec![0; request.layers().len()],
             counters: Counters::default(),
         }
     }
 
     /// Bytes of sums that one such film holds.
     pub fn bytes(request: &Request, width: u32, height: u32) -> usize {
-        TILE.min(width) as usize * TILE.min(height) as usize * request.layers().len() * 24
+        TILE.min(width) as usize * TILE.min(height) as usize * request.film_layers() * 24
     }
 
     /// Makes it ready for another block.
@@ -76,7 +77,7 @@ impl<'r> BlockFilm<'r> {
 
     /// Adds this block's share of one band of [`TILE`] rows of the film to it.
     fn reduce_band(&self, band: usize, rows: &mut [f64]) {
-        let stride = self.request.layers().len() * 3;
+        let stride = self.request.film_layers() * 3;
         let width = self.window.width() as usize;
         let first_row = self.window.y.start + band as u32 * TILE;
         let last_row = (first_row + TILE).min(self.window.y.end);
@@ -99,20 +100,13 @@ impl<'r> BlockFilm<'r> {
 }
 
 impl BlockFilm<'_> {
-    /// Turns to a sample of a pixel of its tile, whose filter gives it this weight.
-    #[inline]
-    pub fn start_sample(&mut self, pixel: Pixel, weight: f32) {
-        self.pixel = (pixel.x, pixel.y);
-        self.weight = weight;
-    }
-
     /// Adds to a pixel of the film.
     #[inline]
     fn add_to(&mut self, (x, y): (u32, u32), layer: usize, value: Spectrum) {
         let value = value.to_array();
         if self.tile.contains((x, y)) {
             let pixel = (y - self.tile.y.start) as usize * self.tile.x.len() + (x - self.tile.x.start) as usize;
-            let i = (pixel * self.request.layers().len() + layer) * 3;
+            let i = (pixel * self.request.film_layers() + layer) * 3;
             let sums = &mut self.sums[i..i + 3];
             (0..3).for_each(|c| sums[c] += value[c] as f64);
             return;
@@ -169,22 +163,93 @@ impl BlockFilm<'_> {
     }
 }
 
+impl BlockFilm<'_> {
+    /// The layer of the series that a contribution belongs to, and its share; `None` for what is not wanted or, and then it is
+    /// counted, not finite.
+    #[inline]
+    fn counted(&mut self, c: &Contribution) -> Option<(usize, Spectrum)> {
+        let layer = self.request.layer(c.technique.order())?;
+        let value = c.value * c.weight as f32;
+        if !value.is_finite() {
+            self.invalid[layer] += 1;
+            return None;
+        }
+        Some((layer, value))
+    }
+
+    /// Adds to a layer where a contribution lands.
+    #[inline]
+    fn place(&mut self, c: &Contribution, layer: usize, value: Spectrum) {
+        match (c.technique, self.raster.filter) {
+            (Technique::Connect { t: 0 | 1, .. }, Filter::Box) => self.splat(c.raster, layer, value),
+            (Technique::Connect { t: 0 | 1, .. }, _) => self.splat_filtered(c.raster, layer, value),
+            _ => self.add_to(self.pixel, layer, value * self.weight),
+        }
+    }
+}
+
+/// A sink that is told whose pixel's sample is being taken.
+pub trait PixelSink: Sink {
+    /// Turns to a sample of a pixel of its tile, whose filter gives it this weight.
+    fn start_sample(&mut self, pixel: Pixel, weight: f32);
+}
+
 impl Sink for BlockFilm<'_> {
-    const WANTS: Wants = Wants { vertices: false };
+    const WANTS: Wants = Wants::NOTHING;
 
     #[inline]
     fn add(&mut self, contribution: Contribution) {
-        let Some(layer) = self.request.layer(contribution.technique.order()) else { return };
-        let value = contribution.value * contribution.weight as f32;
-        if !value.is_finite() {
-            self.invalid[layer] += 1;
-            return;
+        if let Some((layer, value)) = self.counted(&contribution) {
+            self.place(&contribution, layer, value);
         }
-        match (contribution.technique, self.raster.filter) {
-            (Technique::Connect { t: 0 | 1, .. }, Filter::Box) => self.splat(contribution.raster, layer, value),
-            (Technique::Connect { t: 0 | 1, .. }, _) => self.splat_filtered(contribution.raster, layer, value),
-            _ => self.add_to(self.pixel, layer, value * self.weight),
+    }
+}
+
+impl PixelSink for BlockFilm<'_> {
+    #[inline]
+    fn start_sample(&mut self, pixel: Pixel, weight: f32) {
+        self.pixel = (pixel.x, pixel.y);
+        self.weight = weight;
+    }
+}
+
+/// A block's film that takes the image apart.
+pub struct PartsFilm<'f, 'r>(pub &'f mut BlockFilm<'r>);
+
+impl Sink for PartsFilm<'_, '_> {
+    const WANTS: Wants = Wants { vertices: false, classes: true };
+
+    fn add(&mut self, c: Contribution) {
+        let Self(film) = self;
+        let Some((layer, value)) = film.counted(&c) else { return };
+        film.place(&c, layer, value);
+        let parts = film.request.parts();
+        if let Some(strategy) = parts.strategy(c.technique) {
+            film.place(&c, strategy, value);
+            // A raw value may be beyond all numbers where its weight is 0.
+            let raw = if c.value.is_finite() { c.value } else { Spectrum::ZERO };
+            film.place(&c, strategy + 1, raw);
+            let weight = c.weight as f32;
+            film.place(&c, strategy + 2, Spectrum::new(weight, 1.0, weight + 1.0));
         }
+        if let Some(group) = parts.group(c.emitter) {
+            film.place(&c, group, value);
+            film.place(&c, group + 1 + layer, value);
+        }
+        for &ClassShare { classes, share } in c.classes {
+            let mut rest = classes;
+            while rest != 0 {
+                film.place(&c, parts.class(rest.trailing_zeros()), value * share);
+                rest &= rest - 1;
+            }
+        }
+    }
+}
+
+impl PixelSink for PartsFilm<'_, '_> {
+    #[inline]
+    fn start_sample(&mut self, pixel: Pixel, weight: f32) {
+        self.0.start_sample(pixel, weight);
     }
 }
 
@@ -219,19 +284,11 @@ impl Film {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contribution::PathView;
     use crate::request::Orders;
     use sampling::vec2;
 
     fn contribution(x: f32, y: f32, value: f32) -> Contribution<'static> {
-        let technique = Technique::Connect { s: 1, t: 1 };
-        Contribution {
-            raster: vec2(x, y),
-            technique,
-            value: Spectrum::splat(value),
-            weight: 1.0,
-            path: PathView::default(),
-        }
+        Contribution::new(vec2(x, y), Technique::Connect { s: 1, t: 1 }, Spectrum::splat(value), 1.0)
     }
 
     fn raster(width: u32, height: u32, filter: Filter) -> Raster {

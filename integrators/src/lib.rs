@@ -10,9 +10,9 @@
 //! - [`method`]: the traits [`Estimator`] and [`Integrator`], and THE LIST of methods, [`Methods`];
 //! - the algorithms, one a file: [`direct`], [`path`], [`light`], [`bdpt`], with what they share: [`start`], [`vertex`], [`walk`],
 //!   [`connect`], [`next_event`], [`subsurface`], [`roulette`];
-//! - [`lpe`]: light-path expressions, classes of paths as regular languages;
 //! - [`block`]: how work is cut into pieces; [`film`] and [`splats`]: one block's sums, and the film they are reduced into, in an
 //!   order that no thread can change;
+//! - [`parts`]: what an image is taken apart into besides orders; [`lpe`]: light-path expressions; [`trail`]: the classes of a path;
 //! - [`render`]: replicates; [`statistics`]: their moments; [`measurement`]: what comes out.
 //!
 //! This crate reads and writes no files, and draws its random numbers only through [`sampling::sampler`].
@@ -28,6 +28,7 @@ pub mod lpe;
 pub mod measurement;
 pub mod method;
 pub mod next_event;
+pub mod parts;
 pub mod path;
 pub mod render;
 pub mod request;
@@ -37,6 +38,7 @@ pub mod splats;
 pub mod start;
 pub mod statistics;
 pub mod subsurface;
+pub mod trail;
 pub mod vertex;
 pub mod walk;
 
@@ -44,5 +46,6 @@ pub use block::Window;
 pub use contribution::{Contribution, PathView, Sink, Technique, Wants};
 pub use measurement::{Counters, Layer, Measurement};
 pub use method::{Estimator, Integrator, MethodError, Methods};
+pub use parts::{Part, PartSettings, PathClass, Quantity};
 pub use render::{Render, RenderError, RenderSettings};
 pub use request::{Orders, Request};

@@ -3,19 +3,21 @@
 //! The adjoint of path tracing without next-event estimation \[Dutre93\]: a particle's weight times the
 //! emitted importance of the camera is splatted where the connection meets the film.
 
-use crate::contribution::{Contribution, PathView, Sink, Technique};
+use crate::contribution::{Contribution, Sink, Technique};
+use crate::lpe::Classifier;
 use crate::method::{Estimator, Pixel};
 use crate::next_event::camera_response;
 use crate::request::Request;
 use crate::roulette::Roulette;
 use crate::scratch::Scratch;
 use crate::start::{LightStart, start_light};
+use crate::trail::{self, Bounce, Trails};
 use sampling::bsdf::TransportMode;
 use sampling::fault;
 use sampling::math::Spectrum;
 use sampling::sampler::{Purpose, Sampler, Subpath};
 use sampling::{Vec2, Vec3};
-use scenes::{EndpointKind, Interaction, Needs, Ray, Rays, Scene};
+use scenes::{EmitterId, EndpointKind, Interaction, Needs, Ray, Rays, Scene};
 use serde::{Deserialize, Serialize};
 
 /// A light tracer's settings.
@@ -35,6 +37,12 @@ impl Default for Light {
 }
 
 impl Estimator for Light {
+    const CLASSIFIES: bool = true;
+
+    fn makes(&self, technique: Technique) -> bool {
+        matches!(technique, Technique::Connect { t: 1, .. })
+    }
+
     fn unsupported_request(&self, request: &Request) -> Option<String> {
         let endless = request.tail() && self.roulette == Roulette::None;
         endless.then(|| {
@@ -57,8 +65,14 @@ impl Estimator for Light {
         scratch: &mut Scratch,
         out: &mut S,
     ) {
+        sampler.start_vertex(Subpath::Light, 0);
         let Some(start) = start_light(scene, sampler, &mut scratch.counters) else { return };
-        let mut walk = Walk { scene, request, settings: self, out };
+        let classifier = request.parts().classifier().filter(|_| S::WANTS.classes);
+        let mut walk = Walk { scene, request, settings: self, emitter: start.emitter, classifier, out };
+        if let Some(classifier) = classifier {
+            scratch.trails.light.clear();
+            scratch.trails.light.begin(classifier.light_start(start.emitter.0 as usize));
+        }
         if request.wants(0) {
             walk.connect_emitter(&start, sampler, scratch);
         }
@@ -71,6 +85,9 @@ struct Walk<'a, S> {
     scene: &'a Scene,
     request: &'a Request,
     settings: &'a Light,
+    emitter: EmitterId,
+    /// Where classes are asked for, what tells them.
+    classifier: Option<&'a Classifier>,
     out: &'a mut S,
 }
 
@@ -107,6 +124,11 @@ impl<S: Sink> Walk<'_, S> {
                 .survive(throughput, order, self.settings.roulette_start, || sampler.get_1d(Purpose::Roulette));
             let Some(factor) = survived else { return };
             throughput *= factor;
+            if let Some(classifier) = self.classifier {
+                let trail = &mut scratch.trails.light;
+                let bounce = Bounce { hit: &hit, wo, wi: sample.wi, delta: sample.lobe.is_delta() };
+                trail.scatter(classifier, Subpath::Light, trail.last(), &bounce);
+            }
             ray = hit.point.spawn(sample.wi);
         }
     }
@@ -134,7 +156,7 @@ impl<S: Sink> Walk<'_, S> {
         if self.scene.occluded(&hit.point.segment_to(&camera.at)) {
             return;
         }
-        self.add(camera.raster, order, value);
+        self.add(camera.raster, order, value, Some((hit, wo, camera.wi)), scratch);
     }
 
     /// Splats what the emitter's point itself sends into the camera. What is certain of direction or place is too
@@ -164,7 +186,7 @@ impl<S: Sink> Walk<'_, S> {
         if self.scene.occluded(&ray) {
             return;
         }
-        self.add(raster, 0, value / (start.pmf * start.sample.pdf_p));
+        self.add(raster, 0, value / (start.pmf * start.sample.pdf_p), None, scratch);
     }
 
     /// A ray from the camera to where a walk comes from that starts infinitely far; where it meets the film; and what the camera
@@ -182,9 +204,31 @@ impl<S: Sink> Walk<'_, S> {
         Some((at.spawn(d), raster, we_cos))
     }
 
-    fn add(&mut self, raster: Vec2, order: usize, value: Spectrum) {
+    /// Hands a path over, whose last scattering towards the camera, if there is one, is at a point and between two directions.
+    fn add(
+        &mut self,
+        raster: Vec2,
+        order: usize,
+        value: Spectrum,
+        last: Option<(&Interaction, Vec3, Vec3)>,
+        scratch: &mut Scratch,
+    ) {
         let technique = Technique::connect(order + 1, 1);
         let value = fault!("light_paths_miscounted", value, value * 0.5);
-        self.out.add(Contribution { raster, technique, value, weight: 1.0, path: PathView::default() });
+        let emitter = Some(self.emitter);
+        let Trails { light, classes, .. } = &mut scratch.trails;
+        if let Some(classifier) = self.classifier {
+            let camera = [(classifier.camera_start(), Spectrum::ONE)];
+            match last {
+                None => trail::join(classifier, &camera, light.at(light.last()), classes),
+                Some((hit, wo, wi)) => {
+                    light.scatter(classifier, Subpath::Light, light.last(), &Bounce { hit, wo, wi, delta: false });
+                    trail::join(classifier, &camera, light.at(light.last()), classes);
+                    light.pop();
+                }
+            }
+        }
+        let classes = if self.classifier.is_some() { &classes[..] } else { &[] };
+        self.out.add(Contribution { emitter, classes, ..Contribution::new(raster, technique, value, 1.0) });
     }
 }

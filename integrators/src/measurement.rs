@@ -1,5 +1,6 @@
 //! What a render leaves behind: means, variances and covariances of every order, and what they cost.
 
+use crate::parts::Part;
 use crate::statistics::BlockGrid;
 use sampling::fault;
 use serde::Serialize;
@@ -14,6 +15,14 @@ pub enum Layer {
 }
 
 impl Layer {
+    /// The order that it holds, if it is one.
+    pub fn order(self) -> Option<usize> {
+        match self {
+            Layer::Order(k) => Some(k),
+            Layer::Tail => None,
+        }
+    }
+
     /// The layer's name in image files: `order02` (three digits where `max_order` exceeds 99), `tail`.
     pub fn name(self, max_order: usize) -> String {
         match self {
@@ -75,8 +84,10 @@ pub struct Measurement {
     pub image_size: (u32, u32),
     /// The highest order of the truncated series.
     pub max_order: usize,
-    /// What the layers hold, in rising order.
+    /// What the layers hold that make up the image, in rising order.
     pub layers: Vec<Layer>,
+    /// What the layers behind them hold, which the image is taken apart into.
+    pub parts: Vec<Part>,
     /// Number of independent images.
     pub replicates: u32,
     /// Samples per pixel of each of them.
@@ -127,9 +138,14 @@ impl Measurement {
         self.layers.iter().position(|&l| l == Layer::Order(order))
     }
 
+    /// The parts, each with its place among all layers.
+    pub fn parts(&self) -> impl Iterator<Item = (usize, &Part)> {
+        self.parts.iter().enumerate().map(|(i, part)| (self.layers.len() + i, part))
+    }
+
     #[inline]
     fn at(&self, layer: usize, pixel: usize) -> usize {
-        (pixel * self.layers.len() + layer) * 3
+        (pixel * (self.layers.len() + self.parts.len()) + layer) * 3
     }
 
     /// Mean of a pixel of a layer.
@@ -201,7 +217,7 @@ impl Measurement {
     pub fn total_image_mean_error(&self) -> Option<[f64; 3]> {
         self.error_of(|means| {
             let mut sum = [0.0; 3];
-            means.iter().for_each(|m| (0..3).for_each(|c| sum[c] += m[c]));
+            means.iter().take(self.layers.len()).for_each(|m| (0..3).for_each(|c| sum[c] += m[c]));
             sum
         })
     }

@@ -1,7 +1,9 @@
 //! What a method is, and THE LIST of methods.
 
 use crate::contribution::Sink;
-use crate::film::{Block, BlockFilm};
+use crate::contribution::Technique;
+use crate::film::{Block, BlockFilm, PartsFilm, PixelSink};
+use crate::measurement::Counters;
 use crate::request::Request;
 use crate::scratch::Scratch;
 use sampling::filter::{Filter, FilterSample};
@@ -62,6 +64,14 @@ pub trait Estimator: Serialize + DeserializeOwned + Default + Send + Sync + 'sta
     /// Whether it follows light through bodies, from where it leaves them to where it came in.
     const SUBSURFACE: bool = false;
 
+    /// Whether it names the emitter and the classes of every path, so that light groups and path classes can be kept apart.
+    const CLASSIFIES: bool = false;
+
+    /// Whether it has paths of this technique.
+    fn makes(&self, _technique: Technique) -> bool {
+        true
+    }
+
     /// Why it cannot work in a scene that needs this, if so.
     fn unsupported(&self, _needs: &Needs) -> Option<String> {
         None
@@ -80,6 +90,11 @@ pub trait Estimator: Serialize + DeserializeOwned + Default + Send + Sync + 'sta
     /// Whether a sample may bring light to other pixels than its own.
     fn splats(&self) -> bool {
         true
+    }
+
+    /// The same with what it must know before a replicate's first sample, found by a pilot; `None` where it need know nothing.
+    fn prepare(&self, _scene: &Scene, _request: &Request, _replicate: &Replicate) -> Option<Self> {
+        None
     }
 
     /// Takes one sample of `pixel`. `sampler` stands at that sample; every estimate it gives is of the whole image's
@@ -109,6 +124,16 @@ pub trait Integrator: Send + Sync {
     /// Whether it follows light through bodies, from where it leaves them to where it came in.
     fn carries_subsurface(&self) -> bool {
         false
+    }
+
+    /// Whether it names the emitter and the classes of every path.
+    fn classifies(&self) -> bool {
+        false
+    }
+
+    /// Whether it has paths of this technique.
+    fn makes(&self, _technique: Technique) -> bool {
+        true
     }
 
     /// Why it cannot work in a scene, if so.
@@ -158,6 +183,14 @@ impl<E: Estimator> Integrator for Sampled<E> {
         E::SUBSURFACE
     }
 
+    fn classifies(&self) -> bool {
+        E::CLASSIFIES
+    }
+
+    fn makes(&self, technique: Technique) -> bool {
+        self.estimator.makes(technique)
+    }
+
     fn unsupported(&self, scene: &Scene) -> Option<String> {
         let bodies = (!E::SUBSURFACE).then(|| bodies_in(scene)).flatten();
         bodies.or_else(|| self.estimator.unsupported(&scene.facts))
@@ -176,7 +209,8 @@ impl<E: Estimator> Integrator for Sampled<E> {
     }
 
     fn begin<'a>(&'a self, scene: &'a Scene, request: &'a Request, replicate: Replicate) -> Box<dyn Pass + 'a> {
-        Box::new(Samples { estimator: &self.estimator, scene, request, replicate })
+        let prepared = self.estimator.prepare(scene, request, &replicate);
+        Box::new(Samples { estimator: &self.estimator, prepared, scene, request, replicate })
     }
 }
 
@@ -202,6 +236,7 @@ fn bodies_in(scene: &Scene) -> Option<String> {
 /// A replicate of an estimator.
 struct Samples<'a, E> {
     estimator: &'a E,
+    prepared: Option<E>,
     scene: &'a Scene,
     request: &'a Request,
     replicate: Replicate,
@@ -209,22 +244,34 @@ struct Samples<'a, E> {
 
 impl<E: Estimator> Pass for Samples<'_, E> {
     fn run(&self, block: Block, out: &mut BlockFilm) {
+        let counters = match self.request.parts().list() {
+            [] => self.take(block, out),
+            _ => self.take(block, &mut PartsFilm(out)),
+        };
+        out.counters += counters;
+    }
+}
+
+impl<E: Estimator> Samples<'_, E> {
+    /// Takes the samples of a block.
+    fn take<S: PixelSink>(&self, block: Block, out: &mut S) -> Counters {
         let Replicate { sampler, key, samples, .. } = self.replicate;
         let (width, height) = (self.scene.camera.width(), self.scene.camera.height());
         let mut sampler = Sampler::new(sampler, key, samples, (width, height));
         let mut scratch = Scratch::default();
         let filter = self.scene.camera.filter();
+        let estimator = self.prepared.as_ref().unwrap_or(self.estimator);
         for y in block.tile.y {
             for x in block.tile.x.clone() {
                 for sample in block.samples.clone() {
                     sampler.start_sample(y as u64 * width as u64 + x as u64, sample);
                     let (pixel, weight) = Pixel::sample(x, y, filter, sampler.get_2d(Purpose::Film));
                     out.start_sample(pixel, weight);
-                    self.estimator.estimate(self.scene, self.request, pixel, &mut sampler, &mut scratch, out);
+                    estimator.estimate(self.scene, self.request, pixel, &mut sampler, &mut scratch, out);
                 }
             }
         }
-        out.counters += scratch.counters;
+        scratch.counters
     }
 }
 

@@ -5,7 +5,8 @@
 //!
 //! At the boundary of a body a walk is reflected, or goes on from where light came in; that is one scattering.
 
-use crate::contribution::{Contribution, PathView, Sink, Technique};
+use crate::contribution::{Contribution, Sink, Technique};
+use crate::lpe::Classifier;
 use crate::method::{Estimator, Pixel};
 use crate::next_event::{Scattered, pdf_next_event, pdf_next_event_environment, sample_next_event, weight2};
 use crate::request::Request;
@@ -13,6 +14,7 @@ use crate::roulette::Roulette;
 use crate::scratch::Scratch;
 use crate::start::{CameraStart, start_camera};
 use crate::subsurface::enter;
+use crate::trail::{self, Bounce, Trails};
 use sampling::Vec2;
 use sampling::Vec3;
 use sampling::bsdf::TransportMode;
@@ -21,7 +23,7 @@ use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
 use sampling::sampler::{Purpose, Sampler, Subpath};
 use sampling::subsurface::Subsurface;
-use scenes::{Interaction, Needs, Ray, Scene, SurfacePoint};
+use scenes::{EmitterId, Interaction, Needs, Ray, Scene, SurfacePoint};
 use serde::{Deserialize, Serialize};
 
 /// A path tracer's settings.
@@ -40,7 +42,7 @@ pub struct Path {
 
 impl Default for Path {
     fn default() -> Self {
-        Self { next_event: true, mis: Heuristic::Power, roulette: Roulette::Throughput, roulette_start: 3 }
+        Self { next_event: true, mis: Heuristic::POWER, roulette: Roulette::Throughput, roulette_start: 3 }
     }
 }
 
@@ -63,11 +65,22 @@ struct Walk<'a, S> {
     order: usize,
     /// `None` where only this walk can meet emitters: at the camera, after a delta lobe, without next-event estimation.
     last: Option<Scattering>,
+    /// Where classes are asked for, what tells them.
+    classifier: Option<&'a Classifier>,
     out: &'a mut S,
 }
 
 impl Estimator for Path {
     const SUBSURFACE: bool = true;
+    const CLASSIFIES: bool = true;
+
+    fn makes(&self, technique: Technique) -> bool {
+        match technique {
+            Technique::Connect { s: 0, .. } => true,
+            Technique::Connect { s: 1, t } => self.next_event && t > 1,
+            _ => false,
+        }
+    }
 
     fn unsupported_request(&self, request: &Request) -> Option<String> {
         let endless = request.tail() && self.roulette == Roulette::None;
@@ -109,7 +122,12 @@ impl Estimator for Path {
     ) {
         let CameraStart { raster, sample } = start_camera(scene, pixel, sampler, &mut scratch.counters);
         let beta = Spectrum::splat(sample.weight);
-        let mut walk = Walk { scene, request, settings: self, raster, beta, order: 0, last: None, out };
+        let classifier = request.parts().classifier().filter(|_| S::WANTS.classes);
+        if let Some(classifier) = classifier {
+            scratch.trails.camera.clear();
+            scratch.trails.camera.begin(classifier.camera_start());
+        }
+        let mut walk = Walk { scene, request, settings: self, raster, beta, order: 0, last: None, classifier, out };
         walk.run(sample.ray, sampler, scratch);
     }
 }
@@ -118,9 +136,9 @@ impl<S: Sink> Walk<'_, S> {
     fn run(&mut self, mut ray: Ray, sampler: &mut Sampler, scratch: &mut Scratch) {
         loop {
             scratch.counters.closest += 1;
-            let Some(hit) = self.scene.intersect(&ray) else { return self.escape(ray.d) };
+            let Some(hit) = self.scene.intersect(&ray) else { return self.escape(ray.d, scratch) };
             let wo = -ray.d;
-            self.emission(&hit, wo);
+            self.emission(&hit, wo, scratch);
             if !self.request.wants_from(self.order + 1) {
                 return;
             }
@@ -136,7 +154,7 @@ impl<S: Sink> Walk<'_, S> {
 
     /// Adds what the hit surface emits along the walk.
     #[inline]
-    fn emission(&mut self, hit: &Interaction, wo: Vec3) {
+    fn emission(&mut self, hit: &Interaction, wo: Vec3, scratch: &mut Scratch) {
         let Some(emitter) = hit.emitter else { return };
         if !self.request.wants(self.order) {
             return;
@@ -152,11 +170,11 @@ impl<S: Sink> Walk<'_, S> {
                 fault!("emission_counted_twice", weight2(self.settings.mis, last.pdf, pdf), 1.0)
             }
         };
-        self.add(Technique::connect(0, self.order + 2), self.beta * le, weight);
+        self.add(Technique::connect(0, self.order + 2), emitter, self.beta * le, weight, &mut scratch.trails);
     }
 
     /// Adds what the environment sends along the walk.
-    fn escape(&mut self, direction: Vec3) {
+    fn escape(&mut self, direction: Vec3, scratch: &mut Scratch) {
         let Some(emitter) = self.scene.environment else { return };
         if !self.request.wants(self.order) {
             return;
@@ -169,7 +187,7 @@ impl<S: Sink> Walk<'_, S> {
             }
         };
         let le = self.scene.environment_le(direction);
-        self.add(Technique::connect(0, self.order + 2), self.beta * le, weight);
+        self.add(Technique::connect(0, self.order + 2), emitter, self.beta * le, weight, &mut scratch.trails);
     }
 
     /// Takes the walk on from a surface, or ends it.
@@ -186,7 +204,7 @@ impl<S: Sink> Walk<'_, S> {
                 let (f, pdf) = hit.eval_pdf(wo, wi, TransportMode::Radiance);
                 Scattered { f, cos: fault!("next_event_cosine_dropped", wi.dot(hit.ns()).abs(), 1.0), pdf }
             };
-            self.next_event(&hit.point, scattered, sampler, scratch);
+            self.next_event(&hit.point, scattered, Some((hit, wo)), sampler, scratch);
         }
         self.scatter(hit, wo, sampler, scratch)
     }
@@ -210,10 +228,13 @@ impl<S: Sink> Walk<'_, S> {
         if body.albedo().is_zero() {
             return None;
         }
+        if let Some(classifier) = self.classifier {
+            scratch.trails.camera.pass_body(classifier, hit);
+        }
         let Scratch { found, counters, .. } = scratch;
         let (entrance, weight) = enter(self.scene, body, (hit, wo), sampler, found, counters)?;
         self.beta *= weight * body.passage_weight(boundary);
-        self.next_event(&entrance.point, |wi| entrance.eval(wi), sampler, scratch);
+        self.next_event(&entrance.point, |wi| entrance.eval(wi), None, sampler, scratch);
         scratch.counters.bsdf_samples += 1;
         let (wi, weight, pdf) = entrance.sample(sampler.get_2d(Purpose::Direction))?;
         self.advance(Spectrum::splat(weight), sampler)?;
@@ -221,12 +242,14 @@ impl<S: Sink> Walk<'_, S> {
         Some(entrance.point.spawn(wi))
     }
 
-    /// Samples an emitter as seen from a point; `scattered` is what the point makes of light from a direction.
+    /// Samples an emitter as seen from a point; `scattered` is what the point makes of light from a direction. `bounce` is the
+    /// surface and the direction back along the walk, where the word of the path does not have the scattering yet.
     #[inline]
     fn next_event(
         &mut self,
         from: &SurfacePoint,
         scattered: impl Fn(Vec3) -> Scattered,
+        bounce: Option<(&Interaction, Vec3)>,
         sampler: &mut Sampler,
         scratch: &mut Scratch,
     ) {
@@ -247,7 +270,16 @@ impl<S: Sink> Walk<'_, S> {
         let heuristic = fault!("heuristics_differ_between_sides", self.settings.mis, Heuristic::Balance);
         let weight = if event.delta { 1.0 } else { weight2(heuristic, event.pdf, pdf) };
         let t = self.order + fault!("order_off_by_one", 2, 1);
-        self.add(Technique::connect(1, t), value, weight);
+        let trails = &mut scratch.trails;
+        match (self.classifier, bounce) {
+            (Some(classifier), Some((hit, wo))) => {
+                let bounce = Bounce { hit, wo, wi: event.wi, delta: false };
+                trails.camera.scatter(classifier, Subpath::Camera, trails.camera.last(), &bounce);
+                self.add(Technique::connect(1, t), event.emitter, value, weight, trails);
+                trails.camera.pop();
+            }
+            _ => self.add(Technique::connect(1, t), event.emitter, value, weight, trails),
+        }
     }
 
     /// Takes the walk one scattering on, or ends it.
@@ -260,6 +292,11 @@ impl<S: Sink> Walk<'_, S> {
         self.advance(sample.weight, sampler)?;
         let also_next_event = self.settings.next_event && !sample.lobe.is_delta();
         self.last = also_next_event.then_some(Scattering { at: hit.point, pdf: sample.pdf });
+        if let Some(classifier) = self.classifier {
+            let trail = &mut scratch.trails.camera;
+            let bounce = Bounce { hit, wo, wi: sample.wi, delta: sample.lobe.is_delta() };
+            trail.scatter(classifier, Subpath::Camera, trail.last(), &bounce);
+        }
         Some(hit.point.spawn(sample.wi))
     }
 
@@ -276,8 +313,21 @@ impl<S: Sink> Walk<'_, S> {
         Some(())
     }
 
+    /// Hands a path over that ends at an emitter.
     #[inline]
-    fn add(&mut self, technique: Technique, value: Spectrum, weight: f64) {
-        self.out.add(Contribution { raster: self.raster, technique, value, weight, path: PathView::default() });
+    fn add(
+        &mut self,
+        technique: Technique,
+        emitter: EmitterId,
+        value: Spectrum,
+        weight: f64,
+        Trails { camera, classes, .. }: &mut Trails,
+    ) {
+        if let Some(classifier) = self.classifier {
+            trail::end(classifier, camera.at(camera.last()), emitter, classes);
+        }
+        let classes = if self.classifier.is_some() { &classes[..] } else { &[] };
+        let plain = Contribution::new(self.raster, technique, value, weight);
+        self.out.add(Contribution { emitter: Some(emitter), classes, ..plain });
     }
 }

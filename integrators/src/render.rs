@@ -3,6 +3,7 @@
 use crate::film::{Block, BlockFilm, Blocks, Film, Window};
 use crate::measurement::{Counters, Measurement};
 use crate::method::{Integrator, Replicate};
+use crate::parts::{PartSettings, Parts};
 use crate::request::{Orders, Request};
 use crate::statistics::{BlockGrid, GROUP, ImageMoments, MAX_COVARIANCE_LAYERS};
 use rayon::prelude::*;
@@ -50,6 +51,12 @@ pub enum RenderError {
         /// Its rows.
         height: u32,
     },
+    /// The image cannot be taken apart as asked for.
+    #[error("the image cannot be taken apart: {reason}")]
+    Parts {
+        /// What stands in the way, and what would do instead.
+        reason: String,
+    },
     /// The method cannot work in this scene.
     #[error("{method} cannot render this scene: {reason}")]
     Unsupported {
@@ -70,6 +77,31 @@ pub fn check_window(scene: &Scene, window: &Window) -> Result<(), RenderError> {
         return Err(RenderError::NoSuchPixels { window: window.clone(), width, height });
     }
     Ok(())
+}
+
+/// What a method is asked for in a scene. Orders that it cannot carry are left out, unless no other was asked for.
+///
+/// # Errors
+/// If the method does not support the scene, what is asked for, or taking the image apart as asked for.
+pub fn request(
+    scene: &Scene,
+    method: &dyn Integrator,
+    settings: &RenderSettings,
+    parts: &PartSettings,
+) -> Result<Request, RenderError> {
+    let orders = settings.orders.clone().within(method.orders(settings.orders.max_order()));
+    let request = Request::new(orders, settings.tail);
+    let reason = method.unsupported(scene).or_else(|| method.unsupported_request(&request));
+    let nothing = "it carries none of the orders asked for; ask for lower ones".to_owned();
+    let reason = reason.or_else(|| request.layers().is_empty().then_some(nothing));
+    let unclassified = "it does not tell light groups and path classes apart; leave them out".to_owned();
+    let asked = parts.groups || !parts.classes.is_empty();
+    let reason = reason.or_else(|| (asked && !method.classifies()).then_some(unclassified));
+    if let Some(reason) = reason {
+        return Err(RenderError::Unsupported { method: method.name().to_owned(), reason });
+    }
+    let parts = Parts::new(parts, scene, request.layers(), |technique| method.makes(technique));
+    Ok(request.with_parts(parts.map_err(|reason| RenderError::Parts { reason })?))
 }
 
 /// A method at work in a scene, replicate by replicate.
@@ -114,19 +146,27 @@ impl<'a> Render<'a> {
         settings: RenderSettings,
         window: Window,
     ) -> Result<Self, RenderError> {
+        let request = request(scene, method, &settings, &PartSettings::default())?;
+        Self::of_request(scene, method, settings, window, request)
+    }
+
+    /// The same for a request made by [`request`], which may take the image apart.
+    ///
+    /// # Errors
+    /// Those of [`Render::cropped`].
+    pub fn of_request(
+        scene: &'a Scene,
+        method: &'a dyn Integrator,
+        settings: RenderSettings,
+        window: Window,
+        request: Request,
+    ) -> Result<Self, RenderError> {
         check_window(scene, &window)?;
         if settings.samples_per_replicate == 0 {
             return Err(RenderError::NoSamples);
         }
-        let orders = settings.orders.clone().within(method.orders(settings.orders.max_order()));
-        let request = Request::new(orders, settings.tail);
-        let reason = method.unsupported(scene).or_else(|| method.unsupported_request(&request));
-        let nothing = "it carries none of the orders asked for; ask for lower ones".to_owned();
-        let reason = reason.or_else(|| request.layers().is_empty().then_some(nothing));
-        if let Some(reason) = reason {
-            return Err(RenderError::Unsupported { method: method.name().to_owned(), reason });
-        }
-        let (width, height, layers) = (window.width(), window.height(), request.layers().len());
+        let (width, height, layers) = (window.width(), window.height(), request.film_layers());
+        let series = request.layers().len();
         let pixels = width as usize * height as usize;
         let grid = BlockGrid::new(width, height);
         Ok(Self {
@@ -134,14 +174,14 @@ impl<'a> Render<'a> {
             method,
             settings,
             film: Film::new(width, height, layers),
-            group: ImageMoments::new(pixels, layers),
-            whole: ImageMoments::new(pixels, layers),
-            group_blocks: ImageMoments::new(grid.count(), layers),
-            whole_blocks: ImageMoments::new(grid.count(), layers),
+            group: ImageMoments::new(pixels, layers, series),
+            whole: ImageMoments::new(pixels, layers, series),
+            group_blocks: ImageMoments::new(grid.count(), layers, series),
+            whole_blocks: ImageMoments::new(grid.count(), layers, series),
             grid,
             replicate_means: Vec::new(),
             replicate_seconds: Vec::new(),
-            invalid: vec![0; layers],
+            invalid: vec![0; series],
             counters: Counters::default(),
             request,
             window,
@@ -197,7 +237,7 @@ impl<'a> Render<'a> {
         self.replicate_seconds.push(start.elapsed().as_secs_f64());
         let samples = self.settings.samples_per_replicate;
         self.replicate_means.push(self.group.push(&self.film, samples));
-        self.group_blocks.push(&self.grid.average(&self.film, self.request.layers().len()), samples);
+        self.group_blocks.push(&self.grid.average(&self.film, self.request.film_layers()), samples);
         if self.group.count == GROUP {
             self.close_group();
         }
@@ -206,7 +246,7 @@ impl<'a> Render<'a> {
     /// A pixel of a layer of the replicate rendered last.
     #[inline]
     pub fn last_replicate(&self, layer: usize, pixel: usize) -> [f64; 3] {
-        let at = (pixel * self.request.layers().len() + layer) * 3;
+        let at = (pixel * self.request.film_layers() + layer) * 3;
         let scale = 1.0 / self.settings.samples_per_replicate as f64;
         [self.film.sums[at] * scale, self.film.sums[at + 1] * scale, self.film.sums[at + 2] * scale]
     }
@@ -238,6 +278,7 @@ impl<'a> Render<'a> {
             image_size: (self.scene.camera.width(), self.scene.camera.height()),
             max_order: self.settings.orders.max_order(),
             layers,
+            parts: self.request.parts().list().to_vec(),
             replicates: whole.count,
             samples_per_replicate: self.settings.samples_per_replicate,
             covariance,

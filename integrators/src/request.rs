@@ -1,6 +1,7 @@
 //! Which orders of the series are asked for.
 
 use crate::measurement::Layer;
+use crate::parts::Parts;
 use std::ops::RangeInclusive;
 
 /// A set of orders in `0..=max_order`.
@@ -77,6 +78,7 @@ pub struct Request {
     layer_of_order: Vec<Option<u32>>,
     layers: Vec<Layer>,
     last: Option<usize>,
+    parts: Parts,
 }
 
 impl Request {
@@ -92,10 +94,26 @@ impl Request {
         if tail {
             layers.push(Layer::Tail);
         }
-        Self { orders, tail, layer_of_order, layers, last }
+        Self { orders, tail, layer_of_order, layers, last, parts: Parts::default() }
     }
 
-    /// The layers of the film, in rising order.
+    /// The same, the image being taken apart.
+    pub fn with_parts(self, parts: Parts) -> Self {
+        Self { parts, ..self }
+    }
+
+    /// What the image is taken apart into.
+    #[inline]
+    pub fn parts(&self) -> &Parts {
+        &self.parts
+    }
+
+    /// How many layers the film has, those of the parts included.
+    pub fn film_layers(&self) -> usize {
+        self.layers.len() + self.parts.list().len()
+    }
+
+    /// The layers of the film that make up the image, in rising order.
     pub fn layers(&self) -> &[Layer] {
         &self.layers
     }

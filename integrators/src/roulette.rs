@@ -37,25 +37,37 @@ impl Roulette {
     }
 }
 
-/// Roulette of bidirectional walks. What decides must be the same seen from both ends of a path, or be left out of both
-/// ends' densities; survival by throughput cannot be, since the other end does not know it.
+/// Roulette of bidirectional walks. What is part of the densities must be the same seen from both ends of a path; what cannot
+/// be, since the other end does not know it, is left out of both ends' densities, and weights are what they are without it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum LocalRoulette {
+pub enum SubpathRoulette {
     /// Walks end at the last order asked for.
     None,
     /// At every scattering, survival by the surface's largest albedo, which does not depend on directions; it is part of
     /// the densities of both ends.
     Local,
+    /// From a few scatterings on, survival by the walk's throughput; it is part of neither end's densities.
+    Throughput,
 }
 
-impl LocalRoulette {
-    /// Probability of going on at a surface of the given largest albedo; `cap` bounds it where walks have no last order.
+impl SubpathRoulette {
+    /// Probability, as part of the densities, of going on at a surface of the given largest albedo; `cap` bounds it where walks
+    /// have no last order.
     #[inline]
     pub fn survival(self, albedo: f32, cap: f32) -> f32 {
         match self {
-            LocalRoulette::None => 1.0,
-            LocalRoulette::Local => albedo.min(cap),
+            Self::None | Self::Throughput => 1.0,
+            Self::Local => albedo.min(cap),
+        }
+    }
+
+    /// What it does by throughput.
+    #[inline]
+    pub fn by_throughput(self) -> Roulette {
+        match self {
+            Self::None | Self::Local => Roulette::None,
+            Self::Throughput => Roulette::Throughput,
         }
     }
 }

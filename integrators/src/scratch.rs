@@ -1,21 +1,33 @@
 //! Memory that a method reuses from sample to sample.
 
-use crate::connect::PathDensities;
 use crate::measurement::Counters;
 use crate::subsurface::Found;
+use crate::trail::Trails;
 use crate::vertex::PathVertex;
+use std::ops::Range;
 
 /// One thread's buffers and counters; nothing in it outlives a sample but its capacity and the counters.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     /// The camera subpath.
     pub camera: Vec<PathVertex>,
-    /// The light subpath.
+    /// The light subpaths, one after another.
     pub light: Vec<PathVertex>,
-    /// The densities of the path at hand.
-    pub densities: PathDensities,
+    /// Where each of them is.
+    pub light_paths: Vec<LightPath>,
+    /// The classes of paths, where they are asked for.
+    pub trails: Trails,
     /// What probing a body has found.
     pub found: Found,
     /// Work done.
     pub counters: Counters,
+}
+
+/// One of several light subpaths.
+#[derive(Clone, Debug)]
+pub struct LightPath {
+    /// Its vertices in [`Scratch::light`].
+    pub vertices: Range<usize>,
+    /// The density of its first vertex by next-event estimation from the second.
+    pub next_event: f64,
 }

@@ -45,10 +45,9 @@ impl LightStart {
     }
 }
 
-/// Starts a light walk; `None` where nothing is emitted.
+/// Starts a light walk; `None` where nothing is emitted. The sampler stands at the walk's first vertex.
 #[inline]
 pub fn start_light(scene: &Scene, sampler: &mut Sampler, counters: &mut Counters) -> Option<LightStart> {
-    sampler.start_vertex(Subpath::Light, 0);
     let uc = if scene.needs.emitter_choice { sampler.get_1d(Purpose::EmitterChoice) } else { 0.0 };
     let (emitter, pmf) = scene.choose_emitter(uc)?;
     let u_p = sampler.get_2d(Purpose::EmitterPosition);

@@ -27,21 +27,24 @@ pub struct ImageMoments {
     pub mean: Vec<f64>,
     /// Sums of squared deviations, `[pixel][layer][channel]`.
     pub m2: Vec<f64>,
-    /// Sums over pixels of products of deviations, `[i · layers + j]` for `j ≤ i`; the last entry is that of the layers' sum.
+    /// Sums over pixels of products of deviations of the layers that make up the image, `[i · series + j]` for `j ≤ i`; the last entry
+    /// is that of their sum.
     pub products: Vec<[f64; 3]>,
     layers: usize,
+    series: usize,
 }
 
 impl ImageMoments {
-    /// No replicates yet.
-    pub fn new(pixels: usize, layers: usize) -> Self {
-        let matrix = if layers <= MAX_COVARIANCE_LAYERS { layers * layers } else { 0 };
+    /// No replicates yet, of an image of so many layers, of which the first `series` make up the image.
+    pub fn new(pixels: usize, layers: usize, series: usize) -> Self {
+        let matrix = if series <= MAX_COVARIANCE_LAYERS { series * series } else { 0 };
         Self {
             count: 0,
             mean: vec![0.0; pixels * layers * 3],
             m2: vec![0.0; pixels * layers * 3],
             products: vec![[0.0; 3]; matrix + 1],
             layers,
+            series,
         }
     }
 
@@ -65,7 +68,7 @@ impl ImageMoments {
             .zip(self.m2.par_chunks_mut(PIECE * stride))
             .zip(film.sums.par_chunks(PIECE * stride))
             .map(|((mean, m2), sums)| {
-                let mut piece = Piece::new(layers, entries);
+                let mut piece = Piece::new(layers, self.series, entries);
                 for ((mean, m2), sums) in mean.chunks_mut(stride).zip(m2.chunks_mut(stride)).zip(sums.chunks(stride)) {
                     for i in 0..stride {
                         let x = sums[i] * scale;
@@ -105,7 +108,7 @@ impl ImageMoments {
             .zip(self.m2.par_chunks_mut(PIECE * stride))
             .zip(other.mean.par_chunks(PIECE * stride).zip(other.m2.par_chunks(PIECE * stride)))
             .map(|((mean, m2), (other_mean, other_m2))| {
-                let mut piece = Piece::new(layers, entries);
+                let mut piece = Piece::new(layers, self.series, entries);
                 for start in (0..mean.len()).step_by(stride) {
                     for i in 0..stride {
                         let delta = other_mean[start + i] - mean[start + i];
@@ -178,7 +181,8 @@ fn add(sum: &mut [[f64; 3]], other: &[[f64; 3]]) {
 
 /// Partial sums over a run of pixels.
 struct Piece {
-    layers: usize,
+    /// The layers that make up the image: the first ones.
+    series: usize,
     before: Vec<f64>,
     after: Vec<f64>,
     sums: Vec<f64>,
@@ -186,10 +190,10 @@ struct Piece {
 }
 
 impl Piece {
-    fn new(layers: usize, entries: usize) -> Self {
+    fn new(layers: usize, series: usize, entries: usize) -> Self {
         let stride = layers * 3;
         Self {
-            layers,
+            series,
             before: vec![0.0; stride],
             after: vec![0.0; stride],
             sums: vec![0.0; stride],
@@ -203,22 +207,19 @@ impl Piece {
         let entries = self.products.len();
         let (matrix, total) = self.products.split_at_mut(entries - 1);
         if !matrix.is_empty() {
-            for i in 0..self.layers {
-                let row = &mut matrix[i * self.layers..i * self.layers + i + 1];
+            for i in 0..self.series {
+                let row = &mut matrix[i * self.series..i * self.series + i + 1];
                 let before = [self.before[i * 3], self.before[i * 3 + 1], self.before[i * 3 + 2]];
                 for (entry, after) in row.iter_mut().zip(self.after.chunks_exact(3)) {
                     (0..3).for_each(|c| entry[c] += before[c] * after[c]);
                 }
             }
         }
+        let (before, after) = (&self.before[..self.series * 3], &self.after[..self.series * 3]);
         for (c, total) in total[0].iter_mut().enumerate() {
             let sum = |deviations: &[f64]| deviations.iter().skip(c).step_by(3).sum::<f64>();
 
-            *total += fault!(
-                "covariance_dropped",
-                sum(&self.before) * sum(&self.after),
-                diagonal(&self.before, &self.after, c)
-            );
+            *total += fault!("covariance_dropped", sum(before) * sum(after), diagonal(before, after, c));
         }
     }
 }
@@ -248,7 +249,7 @@ mod tests {
     }
 
     fn moments(films: &[Film]) -> ImageMoments {
-        let mut moments = ImageMoments::new(PIXELS, LAYERS);
+        let mut moments = ImageMoments::new(PIXELS, LAYERS, LAYERS);
         films.iter().for_each(|f| {
             moments.push(f, 4);
         });

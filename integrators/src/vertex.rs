@@ -2,6 +2,7 @@
 
 use sampling::Vec3;
 use sampling::math::Spectrum;
+use sampling::mis::Rivals;
 use scenes::{EmitterId, Endpoint, Interaction, Rays, SurfacePoint};
 
 /// What stands at a vertex.
@@ -35,9 +36,18 @@ pub struct PathVertex {
     pub pdf_rev: f64,
     /// Whether the walk left by a delta lobe, so that no connection to this vertex could have made the path.
     pub delta: bool,
+    /// What the strategies whose subpath from this end stops before this vertex have against that which stops with it; summed
+    /// up once the subpath is whole, see [`Strategies`](crate::connect::Strategies).
+    pub rivals: Rivals,
 }
 
 impl PathVertex {
+    /// A subpath's first vertex, whose densities are still to be set.
+    #[inline]
+    pub fn first(site: Site, at: SurfacePoint, beta: Spectrum) -> Self {
+        Self { site, at, wo: Vec3::ZERO, beta, pdf_fwd: 0.0, pdf_rev: 0.0, delta: false, rivals: Rivals::NONE }
+    }
+
     /// Whether it is an emitter or a camera at no place; `at.ng` is the direction of flight from it then.
     #[inline]
     pub fn is_infinite(&self) -> bool {

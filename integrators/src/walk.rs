@@ -1,12 +1,13 @@
 //! Random walks that store their vertices: the subpaths of bidirectional methods.
 
 use crate::measurement::Counters;
-use crate::roulette::LocalRoulette;
+use crate::roulette::SubpathRoulette;
 use crate::vertex::{PathVertex, Site, density_across, density_at};
 use sampling::Vec3;
 use sampling::bsdf::{Lobes, TransportMode};
 use sampling::fault;
 use sampling::math::Spectrum;
+use sampling::mis::Rivals;
 use sampling::sampler::{Purpose, Sampler, Subpath};
 use scenes::{Interaction, Ray, Scene};
 
@@ -16,11 +17,15 @@ pub struct WalkRules {
     /// From which end, and so what it carries.
     pub subpath: Subpath,
     /// How it ends.
-    pub roulette: LocalRoulette,
+    pub roulette: SubpathRoulette,
+    /// The number of scatterings from which roulette by throughput is played.
+    pub roulette_start: usize,
     /// Highest survival probability of roulette; 1 where walks have a last vertex anyway.
     pub cap: f32,
     /// The number of vertices at which it stops; `None` for no such number.
     pub max_vertices: Option<usize>,
+    /// The sampler's number of its first vertex.
+    pub first_number: u32,
 }
 
 impl WalkRules {
@@ -39,12 +44,12 @@ impl WalkRules {
         self.max_vertices.is_none_or(|max| vertices < max)
     }
 
-    /// Survival probability of roulette at a surface.
+    /// Survival probability, as part of the densities, of roulette at a surface.
     #[inline]
     pub fn survival(&self, interaction: &Interaction) -> f32 {
         match self.roulette {
-            LocalRoulette::None => 1.0,
-            LocalRoulette::Local => self.roulette.survival(interaction.bsdf.survival(), self.cap),
+            SubpathRoulette::None | SubpathRoulette::Throughput => 1.0,
+            SubpathRoulette::Local => self.roulette.survival(interaction.bsdf.survival(), self.cap),
         }
     }
 }
@@ -62,7 +67,7 @@ pub struct Departure {
 
 /// Extends a subpath, whose first vertex is there already, until it escapes, is absorbed or has no room.
 ///
-/// A camera subpath that escapes to an environment ends with a vertex for it.
+/// The subpath begins at vertex `first` of the list. One from the camera that escapes to an environment ends with a vertex for it.
 pub fn walk(
     scene: &Scene,
     rules: &WalkRules,
@@ -70,9 +75,12 @@ pub fn walk(
     sampler: &mut Sampler,
     counters: &mut Counters,
     vertices: &mut Vec<PathVertex>,
+    first: usize,
 ) {
     let Departure { mut ray, mut beta, mut pdf } = start;
-    while rules.has_room(vertices.len()) {
+    // What has become of what the walk started with: the part of its weight that roulette looks at.
+    let mut throughput = Spectrum::ONE;
+    while rules.has_room(vertices.len() - first) {
         counters.closest += 1;
         let previous = vertices[vertices.len() - 1];
         let Some(hit) = scene.intersect(&ray) else {
@@ -93,19 +101,30 @@ pub fn walk(
             pdf_fwd,
             pdf_rev: 0.0,
             delta: false,
+            rivals: Rivals::NONE,
         };
-        let index = vertices.len();
+        let index = vertices.len() - first;
         let scattered = if rules.has_room(index + 1) {
             scatter(scene, rules, &hit, &vertex, index, sampler, counters)
         } else {
             None
         };
         if let Some(next) = scattered {
-            vertices[index - 1].pdf_rev = previous.density(next.pdf_rev, hit.point.p);
+            let last = vertices.len() - 1;
+            vertices[last].pdf_rev = previous.density(next.pdf_rev, hit.point.p);
             vertex.delta = next.delta;
             vertices.push(vertex);
             (ray, pdf) = (hit.point.spawn(next.wi), next.pdf_fwd);
             beta *= next.weight;
+            if rules.roulette == SubpathRoulette::Throughput {
+                throughput *= next.weight;
+                let roulette = rules.roulette.by_throughput();
+                let survived =
+                    roulette.survive(throughput, index, rules.roulette_start, || sampler.get_1d(Purpose::Roulette));
+                let Some(factor) = survived else { return };
+                throughput *= factor;
+                beta *= factor;
+            }
             continue;
         }
         vertices.push(vertex);
@@ -135,7 +154,7 @@ fn scatter(
     sampler: &mut Sampler,
     counters: &mut Counters,
 ) -> Option<Scattered> {
-    sampler.start_vertex(rules.subpath, index as u32);
+    sampler.start_vertex(rules.subpath, rules.first_number + index as u32);
     let survival = rules.survival(hit);
     if survival < 1.0 && sampler.get_1d(Purpose::Roulette) >= survival {
         return None;
@@ -182,5 +201,6 @@ fn escape(scene: &Scene, direction: Vec3, beta: Spectrum, pdf: f32) -> Option<Pa
         pdf_fwd: pdf as f64,
         pdf_rev: 0.0,
         delta: false,
+        rivals: Rivals::NONE,
     })
 }

@@ -3,30 +3,93 @@
 use serde::{Deserialize, Serialize};
 use std::{fmt, str::FromStr};
 
-/// How techniques that can generate the same path share it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+/// How techniques that can generate the same path share it. Written `balance`, `power` (β = 2), `power:1.5`, `maximum`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub enum Heuristic {
     /// w_s = p_s / Σ p_i [Veach97, section 9.2.2].
     #[default]
     Balance,
-    /// w_s = p_s² / Σ p_i², the power heuristic with β = 2 [Veach97, section 9.2.3].
-    Power,
+    /// w_s = p_s^β / Σ p_i^β, the power heuristic with this exponent β > 0 [Veach97, section 9.2.3].
+    Power(f64),
+    /// All to the technique of the highest density [Veach97, section 9.2.3]; shared by those that have it.
+    Maximum,
+}
+
+/// The exponent that stands for the infinite one of the maximum heuristic: what is within a thousandth of the highest density
+/// shares with it, so that ties are no matter of rounding, and weights still sum to one.
+const NEARLY_INFINITE: f64 = 1e3;
+
+/// What the other techniques that could have made a path have against the one at hand: their terms in the sum of weights, summed up
+/// as far as they are known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rivals {
+    /// The sum of terms; to the maximum heuristic the highest ratio of densities.
+    value: f64,
+    /// To the maximum heuristic, the sum of terms relative to that of the highest.
+    ties: f64,
+}
+
+impl Rivals {
+    /// None yet.
+    pub const NONE: Self = Self { value: 0.0, ties: 0.0 };
 }
 
 impl Heuristic {
-    /// Every heuristic.
-    pub const ALL: &[Self] = &[Self::Balance, Self::Power];
+    /// The power heuristic as it is commonly used, with β = 2.
+    pub const POWER: Self = Self::Power(2.0);
+    /// One of every kind.
+    pub const ALL: &[Self] = &[Self::Balance, Self::POWER, Self::Maximum];
 
-    /// The term of a technique in the sum of weights, of the ratio of its density to the chosen technique's.
-    ///
-    /// The weight is w_s = 1 / Σ_i term(p_i / p_s), where the chosen technique's own term is 1. Ratios cancel what
-    /// densities share, so the sum stays finite where products of densities would not.
+    /// The term of a ratio of densities.
     #[inline]
-    pub fn term(self, ratio: f64) -> f64 {
+    fn term(self, ratio: f64) -> f64 {
         match self {
-            Self::Balance => ratio,
-            Self::Power => ratio * ratio,
+            Self::Balance | Self::Maximum => ratio,
+            Self::Power(2.0) => ratio * ratio,
+            Self::Power(beta) => ratio.powf(beta),
+        }
+    }
+
+    /// The rivals and one more, whose density is `ratio` times that of the technique they are rivals of.
+    ///
+    /// Ratios cancel what densities share, so that sums stay finite where products of densities would not.
+    #[inline]
+    pub fn join(self, rivals: Rivals, ratio: f64) -> Rivals {
+        self.merge(rivals, Rivals { value: self.term(ratio), ties: 1.0 })
+    }
+
+    /// Two sets of rivals of one technique, together.
+    #[inline]
+    pub fn merge(self, a: Rivals, b: Rivals) -> Rivals {
+        if self != Self::Maximum {
+            return Rivals { value: a.value + b.value, ties: 0.0 };
+        }
+        let (high, low) = if a.value >= b.value { (a, b) } else { (b, a) };
+        // Where both are infinite, or there are none at all, they are alike.
+        let share = if low.value == high.value { 1.0 } else { (low.value / high.value).powf(NEARLY_INFINITE) };
+        Rivals { value: high.value, ties: high.ties + low.ties * share }
+    }
+
+    /// The rivals of one technique as those of another, whose density the first one's is `ratio` times.
+    #[inline]
+    pub fn relative(self, rivals: Rivals, ratio: f64) -> Rivals {
+        // Nothing comes of no rivals, nor of those that cannot make the path, even where the other factor overflows.
+        if rivals.value == 0.0 || ratio == 0.0 {
+            return Rivals::NONE;
+        }
+        Rivals { value: rivals.value * self.term(ratio), ties: rivals.ties }
+    }
+
+    /// The weight of a technique with these rivals, in [0, 1].
+    #[inline]
+    pub fn weight(self, rivals: Rivals) -> f64 {
+        match self {
+            Self::Maximum => {
+                let all = self.join(rivals, 1.0);
+                (1.0 / all.value).powf(NEARLY_INFINITE) / all.ties
+            }
+            _ => 1.0 / (1.0 + rivals.value),
         }
     }
 
@@ -37,27 +100,50 @@ impl Heuristic {
     #[inline]
     pub fn weight2(self, pdf_a: f64, pdf_b: f64) -> f64 {
         debug_assert!(pdf_a > 0.0 && pdf_a.is_finite() && pdf_b >= 0.0, "densities {pdf_a}, {pdf_b}");
-        1.0 / (1.0 + self.term(pdf_b / pdf_a))
+        self.weight(self.join(Rivals::NONE, pdf_b / pdf_a))
     }
 }
 
 impl fmt::Display for Heuristic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Balance => "balance",
-            Self::Power => "power",
-        })
+        match self {
+            Self::Balance => f.write_str("balance"),
+            Self::Power(2.0) => f.write_str("power"),
+            Self::Power(beta) => write!(f, "power:{beta}"),
+            Self::Maximum => f.write_str("maximum"),
+        }
     }
 }
 
 impl FromStr for Heuristic {
     type Err = String;
     fn from_str(name: &str) -> Result<Self, String> {
-        Self::ALL
-            .iter()
-            .copied()
-            .find(|h| h.to_string() == name)
-            .ok_or_else(|| format!("`{name}` is not an MIS heuristic; there are balance and power"))
+        if let Some(heuristic) = Self::ALL.iter().copied().find(|h| h.to_string() == name) {
+            return Ok(heuristic);
+        }
+        let beta = name.strip_prefix("power:").map(|beta| beta.trim().parse::<f64>());
+        match beta {
+            Some(Ok(beta)) if beta > 0.0 && beta.is_finite() => Ok(Self::Power(beta)),
+            Some(_) => {
+                Err(format!("`{name}`: the exponent of the power heuristic must be a number above 0, as in power:1.5"))
+            }
+            None => {
+                Err(format!("`{name}` is not an MIS heuristic; there are balance, power, power:EXPONENT and maximum"))
+            }
+        }
+    }
+}
+
+impl TryFrom<String> for Heuristic {
+    type Error = String;
+    fn try_from(name: String) -> Result<Self, String> {
+        name.parse()
+    }
+}
+
+impl From<Heuristic> for String {
+    fn from(heuristic: Heuristic) -> Self {
+        heuristic.to_string()
     }
 }
 
@@ -80,7 +166,10 @@ mod tests {
     #[test]
     fn known_values() {
         assert_eq!(Heuristic::Balance.weight2(1.0, 3.0), 0.25);
-        assert_eq!(Heuristic::Power.weight2(1.0, 3.0), 0.1);
+        assert_eq!(Heuristic::POWER.weight2(1.0, 3.0), 0.1);
+        assert!((Heuristic::Power(3.0).weight2(1.0, 2.0) - 1.0 / 9.0).abs() < 1e-15);
+        assert_eq!(Heuristic::Maximum.weight2(1.0, 3.0), 0.0);
+        assert_eq!(Heuristic::Maximum.weight2(3.0, 1.0), 1.0);
     }
 
     #[test]
@@ -88,6 +177,36 @@ mod tests {
         for &h in Heuristic::ALL {
             assert_eq!(h.to_string().parse(), Ok(h));
         }
-        assert!("Balance!".parse::<Heuristic>().is_err());
+        assert_eq!("power:1.5".parse(), Ok(Heuristic::Power(1.5)));
+        assert_eq!(Heuristic::Power(1.5).to_string(), "power:1.5");
+        for bad in ["Balance!", "power:", "power:0", "power:-1", "power:inf"] {
+            assert!(bad.parse::<Heuristic>().is_err(), "{bad}");
+        }
+    }
+
+    /// Rivals added one by one or by groups, and moved from technique to technique, give the weights of their densities; these
+    /// sum to one.
+    #[test]
+    fn partial_sums_give_the_weights_of_the_whole() {
+        let densities = [3.0, 1e-3, 0.0, 7.0, 7.0, 0.25, 2.0];
+        for h in [Heuristic::Balance, Heuristic::POWER, Heuristic::Power(1.5), Heuristic::Maximum] {
+            let mut sum = 0.0;
+            for (own, &p) in densities.iter().enumerate().filter(|(_, p)| **p > 0.0) {
+                let (below, above) = (&densities[..own], &densities[own + 1..]);
+                let all = |ps: &[f64]| ps.iter().fold(Rivals::NONE, |r, q| h.join(r, q / p));
+                let plain = h.weight(h.merge(all(below), all(above)));
+                let moved = ps_relative(h, below, p);
+                let weight = h.weight(h.merge(moved, all(above)));
+                assert!((weight - plain).abs() < 1e-12, "{h}");
+                sum += weight;
+            }
+            assert!((sum - 1.0).abs() < 1e-12, "{h}: {sum}");
+        }
+        assert_eq!(Heuristic::POWER.relative(Rivals { value: f64::INFINITY, ties: 0.0 }, 0.0), Rivals::NONE);
+    }
+
+    /// The rivals of a technique of density `p`, moved there from one of density 5.
+    fn ps_relative(h: Heuristic, rivals: &[f64], p: f64) -> Rivals {
+        h.relative(rivals.iter().fold(Rivals::NONE, |r, q| h.join(r, q / 5.0)), 5.0 / p)
     }
 }

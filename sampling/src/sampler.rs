@@ -41,6 +41,11 @@ impl StreamKey {
         let role = fault!("streams_shared_between_roles", role, Role::Estimate);
         Self(mix2(name, (role as u64) << 32 | u64::from(replicate)))
     }
+
+    /// The key of a pilot that steers what this one is the key of; independent of it.
+    pub fn of_pilot(self) -> Self {
+        Self(mix2(self.0, Role::Pilot as u64))
+    }
 }
 
 /// How the numbers of a pixel's samples are spread. This is the list that settings and help read.
@@ -146,6 +151,12 @@ pub enum Purpose {
     ProbePosition = 12,
     /// Which of the places found is taken.
     ProbeChoice = 13,
+    /// Which of several sampled emitter points is connected to.
+    NextEventChoice = 14,
+    /// Which of several connections is made.
+    ConnectionChoice = 15,
+    /// Whether a connection is made.
+    ConnectionRoulette = 16,
 }
 
 /// Stands for the purpose in the addresses of sequences that several purposes share.

@@ -25,6 +25,7 @@ use glam::{DAffine3, DVec3};
 use groups::{Group, Placement};
 use sampling::filter::Filter;
 use sampling::math::Spectrum;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
@@ -48,6 +49,11 @@ pub struct SceneBuilder {
     spots: Vec<Spot>,
     directionals: Vec<(DVec3, Spectrum)>,
     environments: Vec<Environment>,
+    /// The labels of emitters that are no surfaces, by the list they are in and their place there; the lists in the order of a
+    /// scene's emitters: points, spots, directional ones, environments.
+    emitter_labels: BTreeMap<(usize, usize), Arc<str>>,
+    /// The one that was added last.
+    last_emitter: (usize, usize),
     choice_rule: Option<ChoiceRule>,
     camera: Option<CameraSettings>,
     notes: Vec<String>,
@@ -68,6 +74,7 @@ struct Shape {
     group: Option<GroupId>,
     /// Its place there, or among those in none.
     number: u32,
+    label: Option<Arc<str>>,
 }
 
 /// What rays meet which meet nothing else.
@@ -121,6 +128,8 @@ impl SceneBuilder {
             spots: Vec::new(),
             directionals: Vec::new(),
             environments: Vec::new(),
+            emitter_labels: BTreeMap::new(),
+            last_emitter: (0, 0),
             choice_rule: None,
             camera: None,
             notes: Vec::new(),
@@ -171,7 +180,16 @@ impl SceneBuilder {
         let transform = DAffine3::IDENTITY;
         let (group, number) = (self.open, self.members);
         self.members += 1;
-        self.shapes.push(Shape { geometry, material, transform, flipped: false, emission: None, group, number });
+        self.shapes.push(Shape {
+            geometry,
+            material,
+            transform,
+            flipped: false,
+            emission: None,
+            group,
+            number,
+            label: None,
+        });
         ShapeId((self.shapes.len() - 1) as u32)
     }
 
@@ -196,6 +214,11 @@ impl SceneBuilder {
         shape.flipped = !shape.flipped;
     }
 
+    /// Labels a shape: what light-path expressions call it, and its light group if it emits.
+    pub fn label(&mut self, shape: ShapeId, label: &str) {
+        self.shapes[shape.0 as usize].label = Some(label.into());
+    }
+
     /// Makes a shape emit.
     pub fn emit(&mut self, shape: ShapeId, emission: Emission) {
         self.shapes[shape.0 as usize].emission = Some(emission);
@@ -203,27 +226,37 @@ impl SceneBuilder {
 
     /// Adds a point emitter of this radiant intensity \[W/sr\].
     pub fn point_emitter(&mut self, position: DVec3, intensity: Spectrum) {
+        self.last_emitter = (0, self.points.len());
         self.points.push((position, intensity));
     }
 
     /// Lets light of this radiance \[W/(m²·sr)\] arrive from all directions.
     pub fn environment(&mut self, radiance: Spectrum) {
+        self.last_emitter = (3, self.environments.len());
         self.environments.push(Environment::Constant(radiance));
     }
 
     /// Lets the light of an image arrive from all directions.
     pub fn environment_image(&mut self, image: EnvironmentImage) {
+        self.last_emitter = (3, self.environments.len());
         self.environments.push(Environment::Image(image));
     }
 
     /// Adds a spot.
     pub fn spot(&mut self, spot: Spot) {
+        self.last_emitter = (1, self.spots.len());
         self.spots.push(spot);
     }
 
     /// Adds light that flies in a direction, of this irradiance across it \[W/m²\].
     pub fn directional_emitter(&mut self, direction: DVec3, irradiance: Spectrum) {
+        self.last_emitter = (2, self.directionals.len());
         self.directionals.push((direction, irradiance));
+    }
+
+    /// Labels the emitter, one that is no surface, that was added last. Emitters of one label are a light group.
+    pub fn label_emitter(&mut self, label: &str) {
+        self.emitter_labels.insert(self.last_emitter, label.into());
     }
 
     /// Says how next-event estimation chooses among emitters, which otherwise depends on how many there are.

@@ -1,8 +1,8 @@
 //! A point of a surface where light scatters.
 
 use crate::emitter::EmitterId;
-use crate::material::MaterialId;
 use crate::ray::SurfacePoint;
+use crate::surface::SurfaceId;
 use sampling::bsdf::{Bsdf, BsdfSample, Lobes, TransportMode};
 use sampling::fault;
 use sampling::math::{Frame, Spectrum};
@@ -31,8 +31,8 @@ pub struct Interaction {
     /// Radiance \[W/(m²·sr)\] that it emits here where it emits at all, whatever the side; [`Scene::le`](crate::Scene::le) has the
     /// sides.
     pub emitted: Spectrum,
-    /// What it is made of.
-    pub material: MaterialId,
+    /// The surface it is on.
+    pub surface: SurfaceId,
 }
 
 /// How the normals that light scatters about differ from the geometric one.
@@ -67,11 +67,17 @@ impl Interaction {
     /// f_s(wo, wi) \[1/sr\] without the cosine, times the adjoint factor where importance is carried.
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> Spectrum {
+        self.eval_lobes(wo, wi, Lobes::ALL, mode)
+    }
+
+    /// The part of [`eval`](Self::eval) that these lobes have.
+    #[inline]
+    pub fn eval_lobes(&self, wo: Vec3, wi: Vec3, lobes: Lobes, mode: TransportMode) -> Spectrum {
         let (local_o, local_i) = (self.frame.to_local(wo), self.frame.to_local(wi));
         match self.agreement(wo, wi, local_o, local_i, mode) {
             Some(factor) => match self.tilted() {
-                None => self.bsdf.eval(local_o, local_i, Lobes::ALL, mode) * factor,
-                Some(tilted) => tilted.eval(local_o, local_i, Lobes::ALL, mode) * factor,
+                None => self.bsdf.eval(local_o, local_i, lobes, mode) * factor,
+                Some(tilted) => tilted.eval(local_o, local_i, lobes, mode) * factor,
             },
             None => Spectrum::ZERO,
         }
@@ -174,7 +180,7 @@ mod tests {
             bsdf,
             emitter: None,
             emitted: Spectrum::ZERO,
-            material: MaterialId(0),
+            surface: SurfaceId(0),
         }
     }
 

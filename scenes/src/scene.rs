@@ -9,6 +9,7 @@ use crate::emitter::{
     ChoiceRule, Emitter, EmitterChoice, EmitterId, Endpoint, EndpointKind, LeSample, LiSample, NextEventChoice,
 };
 use crate::interaction::Interaction;
+use crate::labels::Labels;
 use crate::material::Material;
 use crate::needs::Needs;
 use crate::ray::{Ray, SurfacePoint};
@@ -54,6 +55,8 @@ pub struct Scene {
     pub(crate) surfaces: Vec<Surface>,
     pub(crate) attributes: Vec<Attributes>,
     pub(crate) materials: Vec<Material>,
+    /// What its surfaces and emitters go by.
+    pub labels: Labels,
     pub(crate) choice: EmitterChoice,
     pub(crate) next_event_choice: NextEventChoice,
 }

@@ -70,10 +70,14 @@ impl Scene {
         if !self.needs.subsurface {
             return None;
         }
-        match &self.materials[it.material.0 as usize] {
+        match &self.materials[self.material_of(it).0 as usize] {
             Material::Subsurface(body) => Some(body),
             _ => None,
         }
+    }
+
+    fn material_of(&self, it: &Interaction) -> MaterialId {
+        self.surfaces[it.surface.0 as usize].material
     }
 
     /// The bodies, as materials in the order of the scene.
@@ -89,7 +93,8 @@ impl Scene {
     /// along it. Whatever else the line meets is left out.
     pub fn crossings(&self, it: &Interaction, p: Vec3, axis: Vec3, points: &mut Vec<Interaction>) {
         let Some(line) = self.body_of(it).and_then(|body| body.line(p, axis)) else { return };
-        let of_body = |surface: u32| self.surfaces[surface as usize].material == it.material;
+        let material = self.material_of(it);
+        let of_body = |surface: u32| self.surfaces[surface as usize].material == material;
         let wanted = |primitive| match primitive {
             Primitive::Triangle(id) => of_body(self.triangles[id as usize].surface),
             Primitive::Analytic(id) => of_body(self.analytic[id as usize].surface),

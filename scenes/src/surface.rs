@@ -21,9 +21,14 @@ pub(crate) struct TriangleInfo {
     pub surface: u32,
 }
 
+/// Names a surface of a scene: a shape, all of which has one material. One that is in a group is the same in every instance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct SurfaceId(pub u32);
+
 /// What all of a shape has in common.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Surface {
+    pub id: SurfaceId,
     pub material: MaterialId,
     pub emitter: Option<EmitterId>,
     /// Its place among the meshes with vertex normals, texture coordinates or colours.

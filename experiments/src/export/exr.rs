@@ -11,11 +11,19 @@
 //! | `order02` | that order of the Neumann series |
 //! | `order02_var` | variance of the mean in `order02`: the replicates' variance divided by their number |
 //! | `tail`, `tail_var` | all beyond the last order |
+//! | `s02_t03` | strategy (2, 3): its share of the image |
+//! | `s02_t03_raw` | what it would estimate alone |
+//! | `s02_t03_weight` | (channel `Y`) the mean weight of its contributions to the pixel; 0 where it has none |
+//! | `group_key`, `group_key_order02` | what a light group brings, in all and by order |
+//! | `lpe_caustics` | the light of a path class |
+//!
+//! Each of these has its `_var`, as orders have.
 //!
 //! The display window is the whole image, the data window the pixels that were asked for.
 //!
 //! Equal measurements give equal bytes, but for the value of `renderTimeSeconds`, which [`without_time`] blanks.
 
+mod channels;
 mod reading;
 
 use super::{ExportError, write_atomically};
@@ -52,27 +60,31 @@ pub struct ImageMeta {
     pub seed: u64,
 }
 
-/// Which layers a file holds besides the beauty. The words of `--layers`: `orders`, `variance`.
+/// Which layers a file holds besides the beauty. The words of `--layers`: `orders`, `variance`, `strategies`, `groups`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LayerSelection {
     /// The mean of every order, and of the tail.
     pub orders: bool,
     /// The variance of those means, where there are two replicates or more.
     pub variance: bool,
+    /// Every strategy, raw and weighted.
+    pub strategies: bool,
+    /// Every light group.
+    pub groups: bool,
 }
 
 impl LayerSelection {
     /// The words that name layers.
-    pub const NAMES: [&str; 2] = ["orders", "variance"];
+    pub const NAMES: [&str; 4] = ["orders", "variance", "strategies", "groups"];
     /// The beauty alone.
-    pub const BEAUTY: Self = Self { orders: false, variance: false };
+    pub const BEAUTY: Self = Self { orders: false, variance: false, strategies: false, groups: false };
     /// Everything a measurement holds.
-    pub const ALL: Self = Self { orders: true, variance: true };
+    pub const ALL: Self = Self { orders: true, variance: true, strategies: true, groups: true };
 }
 
 impl Default for LayerSelection {
     fn default() -> Self {
-        Self { orders: true, variance: false }
+        Self { orders: true, ..Self::BEAUTY }
     }
 }
 
@@ -86,6 +98,8 @@ impl FromStr for LayerSelection {
             match word {
                 "orders" => selection.orders = true,
                 "variance" => selection.variance = true,
+                "strategies" => selection.strategies = true,
+                "groups" => selection.groups = true,
                 "beauty" => {}
                 _ => return Err(format!("no layers are called `{word}`; there are {}", Self::NAMES.join(", "))),
             }
@@ -109,15 +123,38 @@ pub fn write_measurement(
     write_atomically(path, &bytes)
 }
 
+/// Writes layers that were read and changed, whole or not at all, with the attributes that they came with.
+///
+/// # Errors
+/// If the file can't be encoded or written.
+pub fn write_layers(path: &Path, image: &LayeredImage) -> Result<(), ExportError> {
+    let size = (image.width, image.height);
+    let other = image.attributes.iter().map(|(name, value)| (text(name), AttributeValue::Text(text(value)))).collect();
+    let attributes = LayerAttributes { other, ..LayerAttributes::default() };
+    let bytes = encode_channels(size, size, attributes, channels::of_layers(&image.layers));
+    let bytes = bytes.map_err(|reason| ExportError::Encode { path: path.to_owned(), reason })?;
+    write_atomically(path, &bytes)
+}
+
 fn encode(measurement: &Measurement, meta: &ImageMeta, selection: LayerSelection) -> Result<Vec<u8>, String> {
-    let size = Vec2(measurement.width as usize, measurement.height as usize);
+    let size = (measurement.width as usize, measurement.height as usize);
+    let (width, height) = measurement.image_size;
+    let display = (width as usize, height as usize);
+    encode_channels(size, display, layer_attributes(measurement, meta), channels::of(measurement, selection))
+}
+
+/// A file of so many pixels of an image that has so many.
+fn encode_channels(
+    (width, height): (usize, usize),
+    display: (usize, usize),
+    attributes: LayerAttributes,
+    channels: Vec<AnyChannel<FlatSamples>>,
+) -> Result<Vec<u8>, String> {
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
-    let channels = AnyChannels::sort(SmallVec::from_vec(channels_of(measurement, selection)));
-    let layer = Layer::new(size, layer_attributes(measurement, meta), encoding, channels);
-    let mut image = Image::from_layer(layer);
-    let (width, height) = measurement.image_size;
-    image.attributes.display_window = IntegerBounds::from_dimensions((width as usize, height as usize));
+    let channels = AnyChannels::sort(SmallVec::from_vec(channels));
+    let mut image = Image::from_layer(Layer::new(Vec2(width, height), attributes, encoding, channels));
+    image.attributes.display_window = IntegerBounds::from_dimensions(display);
     image.attributes.chromaticities = Some(Chromaticities {
         red: Vec2(0.64, 0.33),
         green: Vec2(0.30, 0.60),
@@ -129,39 +166,6 @@ fn encode(measurement: &Measurement, meta: &ImageMeta, selection: LayerSelection
     let mut bytes = bytes.into_inner();
     sort_attributes(&mut bytes).ok_or("the header written is not as expected")?;
     Ok(bytes)
-}
-
-fn channels_of(measurement: &Measurement, selection: LayerSelection) -> Vec<AnyChannel<FlatSamples>> {
-    let pixels = measurement.pixels();
-    let mut channels = Vec::new();
-    let mut add = |layer: &str, value: &dyn Fn(usize) -> [f64; 3]| {
-        let mut planes: [Vec<f32>; 3] = std::array::from_fn(|_| Vec::with_capacity(pixels));
-        for pixel in 0..pixels {
-            let v = value(pixel);
-            planes.iter_mut().zip(v).for_each(|(plane, x)| plane.push(x as f32));
-        }
-        for (plane, c) in planes.into_iter().zip(["R", "G", "B"]) {
-            let name = if layer.is_empty() { c.to_owned() } else { format!("{layer}.{c}") };
-            channels.push(AnyChannel {
-                name: text(&name),
-                sample_data: FlatSamples::F32(plane),
-                quantize_linearly: false,
-                sampling: Vec2(1, 1),
-            });
-        }
-    };
-    add("", &|p| measurement.total(p));
-    for (i, layer) in measurement.layers.iter().enumerate() {
-        let name = layer.name(measurement.max_order);
-        if selection.orders {
-            add(&name, &|p| measurement.mean(i, p));
-        }
-        if selection.variance && measurement.replicates >= 2 {
-            let of_mean = 1.0 / measurement.replicates as f64;
-            add(&format!("{name}_var"), &|p| measurement.variance(i, p).unwrap_or_default().map(|v| v * of_mean));
-        }
-    }
-    channels
 }
 
 /// Standard attributes where there is one, ours prefixed `neumann:`; no name longer than the 31 bytes that every reader takes.

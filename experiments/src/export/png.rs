@@ -119,7 +119,7 @@ fn pixel(measurement: &Measurement, layer: Option<usize>, pixel: usize) -> [f64;
 
 /// The exposure under which a layer, or with `None` the sum, can be seen; `None` where it is black. It is taken from means of
 /// small blocks: of single pixels, it would be the darker the noisier they are.
-fn exposure_of(measurement: &Measurement, layer: Option<usize>) -> Option<Exposure> {
+pub(super) fn exposure_of(measurement: &Measurement, layer: Option<usize>) -> Option<Exposure> {
     let (w, h) = (measurement.width as usize, measurement.height as usize);
     let blocks = (0..h).step_by(BLOCK).flat_map(|y| (0..w).step_by(BLOCK).map(move |x| (x, y)));
     Exposure::of(blocks.map(|(x, y)| block_mean(measurement, layer, x..(x + BLOCK).min(w), y..(y + BLOCK).min(h))))

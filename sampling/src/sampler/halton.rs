@@ -50,8 +50,13 @@ pub fn dimension(subpath: Subpath, vertex: u32, purpose: Purpose) -> Option<usiz
         Purpose::NextPosition => along(5),
         Purpose::NextCamera if vertex == 0 => start(9),
         Purpose::NextCamera => along(7),
-        // So few scenes ask for these that they leave the dimensions to the others.
-        Purpose::ProbeChannel | Purpose::ProbePosition | Purpose::ProbeChoice => None,
+        // So few scenes and settings ask for these that they leave the dimensions to the others.
+        Purpose::ProbeChannel
+        | Purpose::ProbePosition
+        | Purpose::ProbeChoice
+        | Purpose::NextEventChoice
+        | Purpose::ConnectionChoice
+        | Purpose::ConnectionRoulette => None,
     }
 }
 

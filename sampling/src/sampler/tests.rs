@@ -1,7 +1,7 @@
 use super::strata::in_cell;
 use super::*;
 
-const PURPOSES: [Purpose; 14] = [
+const PURPOSES: [Purpose; 17] = [
     Purpose::Film,
     Purpose::Lens,
     Purpose::EmitterChoice,
@@ -16,6 +16,9 @@ const PURPOSES: [Purpose; 14] = [
     Purpose::ProbeChannel,
     Purpose::ProbePosition,
     Purpose::ProbeChoice,
+    Purpose::NextEventChoice,
+    Purpose::ConnectionChoice,
+    Purpose::ConnectionRoulette,
 ];
 
 fn key() -> StreamKey {

@@ -58,7 +58,7 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
     parts.check_extent(&camera)?;
     let bounds = parts.bounds();
     parts.bound_bodies();
-    for (position, intensity) in builder.points {
+    for &(position, intensity) in &builder.points {
         parts.emitters.push(Emitter::Point(PointEmitter { position: (position - shift).as_vec3(), intensity }));
     }
     parts.emitters.extend(builder.spots.iter().map(|spot| Emitter::Spot(SpotEmitter::new(spot, shift))));
@@ -73,6 +73,12 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
             Some(EmitterId((parts.emitters.len() - 1) as u32))
         }
     };
+    let lists =
+        [builder.points.len(), builder.spots.len(), builder.directionals.len(), builder.environments.len().min(1)];
+    for (list, &length) in lists.iter().enumerate() {
+        (0..length).for_each(|place| parts.labels.add_emitter(builder.emitter_labels.remove(&(list, place))));
+    }
+    parts.labels.name_materials(&parts.surfaces, &parts.material_names);
     if parts.degenerate > 0 {
         builder.notes.push(format!("{} triangles without area were left out", parts.degenerate));
     }
@@ -106,6 +112,7 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
         analytic: parts.analytic_infos,
         surfaces: parts.surfaces,
         attributes: parts.attributes,
+        labels: parts.labels,
         materials: parts.materials,
     })
 }

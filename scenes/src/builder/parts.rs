@@ -8,6 +8,7 @@ use crate::accel::{Accel, FEW, Instance, Prototype};
 use crate::camera::{Camera, Rays};
 use crate::emitter::{Emission, Emitter, EmitterId};
 use crate::error::SceneError;
+use crate::labels::Labels;
 use crate::material::Material;
 use crate::needs::{Needs, Skip};
 use crate::scene::BoundingSphere;
@@ -15,7 +16,7 @@ use crate::shape::{
     Analytic, BakedMesh, Cylinder, Disk, Geometry, MeshData, Parallelogram, Sphere, Triangle, bake_mesh,
 };
 use crate::subsurface::{self, Places};
-use crate::surface::{AnalyticInfo, Attributes, Chart, SphereChart, Surface, TriangleInfo, derivatives};
+use crate::surface::{AnalyticInfo, Attributes, Chart, SphereChart, Surface, SurfaceId, TriangleInfo, derivatives};
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 use sampling::bsdf::Lobes;
@@ -38,6 +39,7 @@ pub(super) struct Parts {
     pub analytic_infos: Vec<AnalyticInfo>,
     pub surfaces: Vec<Surface>,
     pub attributes: Vec<Attributes>,
+    pub labels: Labels,
     pub emitters: Vec<Emitter>,
     /// How many triangles without area were left out.
     pub degenerate: usize,
@@ -70,7 +72,7 @@ pub(super) enum Placed {
 impl Parts {
     /// Adds a shape, which messages call by its name: its surface, and its emitter if it emits.
     pub fn add(&mut self, shape: Shape, name: &str, shift: DVec3) -> Result<(), SceneError> {
-        let (material, emission) = (shape.material, shape.emission.clone());
+        let (material, emission, label) = (shape.material, shape.emission.clone(), shape.label.clone());
         let attributes_before = self.attributes.len();
         let placed = self.place(shape, name, shift)?;
         let index = material.0 as usize;
@@ -101,7 +103,9 @@ impl Parts {
             }
         };
         let attributes = (self.attributes.len() > attributes_before).then_some(attributes_before as u32);
-        self.surfaces.push(Surface { material, emitter, attributes });
+        let id = SurfaceId(self.surfaces.len() as u32);
+        self.surfaces.push(Surface { id, material, emitter, attributes });
+        self.labels.add_surface(label, emitter.is_some());
         Ok(())
     }
 

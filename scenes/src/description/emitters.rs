@@ -21,7 +21,7 @@ use crate::texture::Encoding;
 ///   [`Mapping::NAMES`], and the rotation of `transform`, which may mirror, turns the environment. Images of bytes are sRGB,
 ///   the others linear.
 ///
-/// There is one `constant` or one `environment` at most. `emitter_choice` of the root is one of [`ChoiceRule::NAMES`].
+/// Each may have a `label`, the light group that it belongs to. There is one `constant` or one `environment` at most. `emitter_choice` of the root is one of [`ChoiceRule::NAMES`].
 pub(super) fn read(root: &Table, origin: &Origin, builder: &mut SceneBuilder) -> Result<(), SceneError> {
     let mut surroundings: Option<&str> = None;
     for table in &tables(root, "emitters")? {
@@ -36,12 +36,13 @@ pub(super) fn read(root: &Table, origin: &Origin, builder: &mut SceneBuilder) ->
             };
             return Err(table.error(message, mend));
         }
+        let label = table.get("label").map(|label| label.label().map(str::to_owned)).transpose()?;
         match kind {
             "point" => read_point(table, builder)?,
             "spot" => read_spot(table, builder)?,
             "directional" => read_directional(table, builder)?,
             "constant" => {
-                table.allow_only(&["type", "radiance"])?;
+                table.allow_only(&["type", "label", "radiance"])?;
                 builder.environment(emitted(&table.need("radiance", "[1, 1, 1]")?)?);
                 surroundings = Some(kind);
             }
@@ -49,6 +50,9 @@ pub(super) fn read(root: &Table, origin: &Origin, builder: &mut SceneBuilder) ->
                 read_environment(table, origin, builder)?;
                 surroundings = Some(kind);
             }
+        }
+        if let Some(label) = label {
+            builder.label_emitter(&label);
         }
     }
     if let Some(place) = choice(root, "emitter_choice", &ChoiceRule::NAMES)? {
@@ -58,7 +62,7 @@ pub(super) fn read(root: &Table, origin: &Origin, builder: &mut SceneBuilder) ->
 }
 
 fn read_point(table: &Table, builder: &mut SceneBuilder) -> Result<(), SceneError> {
-    table.allow_only(&["type", "position", "intensity"])?;
+    table.allow_only(&["type", "label", "position", "intensity"])?;
     let position = table.need("position", "[0, 1, 0]")?.vec3()?;
     let intensity = emitted(&table.need("intensity", "[1, 1, 1]")?)?;
     builder.point_emitter(position, intensity);
@@ -66,7 +70,7 @@ fn read_point(table: &Table, builder: &mut SceneBuilder) -> Result<(), SceneErro
 }
 
 fn read_spot(table: &Table, builder: &mut SceneBuilder) -> Result<(), SceneError> {
-    table.allow_only(&["type", "position", "target", "intensity", "cutoff", "beam", "falloff"])?;
+    table.allow_only(&["type", "label", "position", "target", "intensity", "cutoff", "beam", "falloff"])?;
     let position = table.need("position", "[0, 1, 0]")?.vec3()?;
     let target_value = table.need("target", "[0, 0, 0]")?;
     let target = target_value.vec3()?;
@@ -90,7 +94,7 @@ fn read_spot(table: &Table, builder: &mut SceneBuilder) -> Result<(), SceneError
 }
 
 fn read_directional(table: &Table, builder: &mut SceneBuilder) -> Result<(), SceneError> {
-    table.allow_only(&["type", "direction", "irradiance"])?;
+    table.allow_only(&["type", "label", "direction", "irradiance"])?;
     let direction = table.need("direction", "[0, -1, 0]")?.direction()?;
     let irradiance = emitted(&table.need("irradiance", "[1, 1, 1]")?)?;
     builder.directional_emitter(direction, irradiance);
@@ -98,7 +102,7 @@ fn read_directional(table: &Table, builder: &mut SceneBuilder) -> Result<(), Sce
 }
 
 fn read_environment(table: &Table, origin: &Origin, builder: &mut SceneBuilder) -> Result<(), SceneError> {
-    table.allow_only(&["type", "image", "mapping", "scale", "transform"])?;
+    table.allow_only(&["type", "label", "image", "mapping", "scale", "transform"])?;
     let file = table.need("image", "\"sky.exr\"")?;
     let image = Textures::new(origin.folder, origin.attachments).file(&file, None, Encoding::Srgb)?;
     let mapping = choice(table, "mapping", &Mapping::NAMES)?.map_or(Mapping::default(), |place| Mapping::ALL[place]);

@@ -178,6 +178,15 @@ impl<'a> Value<'a> {
         self.value.get_ref().as_str().ok_or_else(|| self.error("it must be a text in quotes"))
     }
 
+    /// What a surface or an emitter goes by: a text of 1 to 100 characters that can be shown.
+    pub fn label(&self) -> Result<&'a str, SceneError> {
+        let text = self.text()?;
+        match (1..=100).contains(&text.chars().count()) && !text.chars().any(char::is_control) {
+            true => Ok(text),
+            false => Err(self.error("a label has 1 to 100 characters, none of them a control character")),
+        }
+    }
+
     /// `true` or `false`.
     pub fn boolean(&self) -> Result<bool, SceneError> {
         self.value.get_ref().as_bool().ok_or_else(|| self.error("it must be true or false"))

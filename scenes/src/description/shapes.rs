@@ -18,7 +18,7 @@ use crate::material::Material;
 use crate::texture::{Encoding, Texture};
 
 /// Keys that every shape understands.
-const COMMON: [&str; 6] = ["type", "material", "emission", "two_sided", "flip", "transform"];
+const COMMON: [&str; 7] = ["type", "label", "material", "emission", "two_sided", "flip", "transform"];
 
 /// Reads the shapes: `quad { origin, edge_u, edge_v }` and `disk { center, edge_u, edge_v }`, whose edges run from the centre
 /// to the rim, with their front on the side of `edge_u × edge_v`; `sphere { center, radius }` and the open `cylinder { from,
@@ -28,7 +28,8 @@ const COMMON: [&str; 6] = ["type", "material", "emission", "two_sided", "flip", 
 ///
 /// Every shape has a `material`, which only a mesh file can lack: then the file's own materials hold, with what they
 /// emit. `emission` \[W/(m²·sr)\], a colour or a texture, is what its front emits, and its back too where `two_sided = true`; `flip = true`
-/// turns front and back over; `transform` is a list of steps.
+/// turns front and back over; `transform` is a list of steps; `label` is what light-path expressions call the shape, and the light
+/// group that it belongs to if it emits.
 pub(super) fn read<'a>(
     root: &Table<'a>,
     materials: &Materials<'a>,
@@ -226,6 +227,9 @@ impl Reader<'_> {
                     return Err(table.error(message, format!("choose `base` and `slope` so that it stays {domain}")));
                 }
             }
+        }
+        if let Some(label) = table.get("label") {
+            builder.label(shape, label.label()?);
         }
         if flag(table, "flip")? {
             builder.flip(shape);

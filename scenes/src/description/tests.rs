@@ -7,6 +7,7 @@ use std::path::Path;
 mod cameras;
 mod emitters;
 mod groups;
+mod labels;
 mod shapes;
 mod sides;
 mod textures;

@@ -136,6 +136,14 @@ impl Lines {
         self.push(place, format!("{key} = {value}"));
     }
 
+    /// The key `label`, if there is a name that can be one.
+    pub fn label(&mut self, place: &Place, name: Option<&str>) {
+        let fits = |name: &&str| (1..=100).contains(&name.chars().count()) && !name.chars().any(char::is_control);
+        if let Some(name) = name.filter(fits) {
+            self.key(place, "label", quoted(name));
+        }
+    }
+
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()

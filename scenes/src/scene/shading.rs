@@ -193,7 +193,7 @@ impl Found<'_> {
             bsdf,
             emitter: self.surface.emitter,
             emitted: self.emitted,
-            material: self.surface.material,
+            surface: self.surface.id,
         }
     }
 }

@@ -88,7 +88,7 @@ fn alike(a: &Interaction, b: &Interaction) -> bool {
         && near(a.point.p, b.point.p, 10.0)
         && near(a.point.ng, b.point.ng, 5.0)
         && near(a.ns(), b.ns(), 5.0)
-        && a.material == b.material
+        && a.surface == b.surface
 }
 
 #[test]

@@ -42,6 +42,7 @@ pub fn write<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<(), 
     let mut lines = Lines::default();
     lines.table(plugin.place(), "[[emitters]]");
     lines.key(plugin.place(), "type", quoted(kind));
+    lines.label(plugin.place(), element.attribute("id"));
     for (key, value) in keys {
         lines.key(plugin.place(), key, value);
     }

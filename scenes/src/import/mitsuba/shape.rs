@@ -86,6 +86,7 @@ fn write_one<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<(), 
     let place = &element.place;
     lines.table(place, context.header);
     lines.key(place, "type", quoted(form.kind));
+    lines.label(place, element.attribute("id"));
     for (key, value) in &form.keys {
         lines.key(place, key, value);
     }

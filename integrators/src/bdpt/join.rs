@@ -1,0 +1,357 @@
+//! The connections between a camera subpath and light subpaths.
+
+use super::reservoir::Reservoir;
+use super::{Bdpt, Connections, FURTHER, camera_vertex};
+use crate::connect::{EmitterEnd, Strategies, direction};
+use crate::contribution::{Contribution, PathView, Sink, Technique};
+use crate::lpe::Classifier;
+use crate::measurement::Counters;
+use crate::next_event::{NextEvent, camera_response, sample_next_event};
+use crate::request::Request;
+use crate::scratch::LightPath;
+use crate::trail::{self, Bounce, Trail, Trails};
+use crate::vertex::{PathVertex, Site};
+use sampling::Vec2;
+use sampling::bsdf::TransportMode;
+use sampling::fault;
+use sampling::math::Spectrum;
+use sampling::sampler::{Purpose, Sampler, Subpath};
+use scenes::{EmitterId, Ray, Scene};
+
+/// Subpaths being connected.
+pub(super) struct Join<'a, S> {
+    pub scene: &'a Scene,
+    pub request: &'a Request,
+    pub settings: &'a Bdpt,
+    pub strategies: Strategies,
+    pub raster: Vec2,
+    /// The vertices of all light subpaths.
+    pub light: &'a [PathVertex],
+    pub paths: &'a [LightPath],
+    pub camera: &'a [PathVertex],
+    pub counters: &'a mut Counters,
+    /// Where classes are asked for, what tells them.
+    pub classifier: Option<&'a Classifier>,
+    pub trails: &'a mut Trails,
+    pub out: &'a mut S,
+}
+
+/// A path that is whole but for a ray between its two subpaths.
+struct Connection<'c> {
+    raster: Vec2,
+    /// The number of its first vertex among those of all light subpaths.
+    first: usize,
+    light: &'c [PathVertex],
+    camera: &'c [PathVertex],
+    /// Density of the emitter's vertex as seen from the next one.
+    next_event: f64,
+    value: Spectrum,
+    ray: Ray,
+}
+
+impl<S: Sink> Join<'_, S> {
+    pub fn run(&mut self, sampler: &mut Sampler) {
+        if let Some(classifier) = self.classifier {
+            self.follow(classifier);
+        }
+        if self.strategies.emitter_to_camera && self.request.wants(0) {
+            self.emitter_to_camera(sampler);
+        }
+        for (number, path) in self.paths.iter().enumerate() {
+            for s in 2..=path.vertices.len() {
+                if self.request.wants(s - 1) {
+                    self.splat(number, s, sampler);
+                }
+            }
+        }
+        for t in 2..=self.camera.len() {
+            if self.request.wants(t - 2) {
+                self.emission(t);
+            }
+            if !self.camera[t - 1].is_connectable() || self.camera[t - 1].is_infinite() {
+                continue;
+            }
+            if self.request.wants(t - 1) {
+                self.next_event(t, sampler);
+            }
+            match self.settings.connections {
+                Connections::Resampled => self.connect_one(t, sampler),
+                Connections::All | Connections::Roulette => self.connect_all(t, sampler),
+            }
+        }
+    }
+
+    /// `s = 0`: the camera subpath's vertex `t − 1` emits.
+    fn emission(&mut self, t: usize) {
+        let z = &self.camera[t - 1];
+        let (end, le) = match &z.site {
+            Site::Surface(interaction) => {
+                let Some(emitter) = interaction.emitter else { return };
+                let le = self.scene.le(interaction, z.wo);
+                (EmitterEnd { emitter, endpoint: self.scene.endpoint_of(interaction) }, le)
+            }
+            Site::Emitter(emitter, endpoint) => {
+                (EmitterEnd { emitter: *emitter, endpoint: *endpoint }, self.scene.environment_le(-z.wo))
+            }
+            Site::Camera(_) => return,
+        };
+        let value = z.beta * le;
+        if value.is_zero() {
+            return;
+        }
+        let camera = &self.camera[..t];
+        let weight = self.strategies.weight_emission(self.scene, camera, &end);
+        if let Some(classifier) = self.classifier {
+            trail::end(classifier, self.trails.camera.at(t - 1), end.emitter, &mut self.trails.classes);
+        }
+        self.add(self.raster, (&[], camera), end.emitter, value, weight);
+    }
+
+    /// `s = 1`: an emitter's point as seen from the camera subpath's vertex `t − 1`.
+    fn next_event(&mut self, t: usize, sampler: &mut Sampler) {
+        let camera = &self.camera[..t];
+        let z = &camera[t - 1];
+        let Some((event, value)) = self.sample_next_event(t, sampler) else { return };
+        if value.is_zero() {
+            return;
+        }
+        let y = emitter_vertex(&event);
+        let next_event = if event.delta { event.pdf as f64 } else { y.density(event.pdf, z.at.p) };
+        let ray = event.shadow_ray(&z.at);
+        sampler.start_vertex(Subpath::Camera, t as u32 - 1);
+        self.connect(
+            Connection { raster: self.raster, first: 0, light: &[y], camera, next_event, value, ray },
+            sampler,
+        );
+    }
+
+    /// A point on an emitter and what it would contribute: the one that was sampled, or one of several.
+    fn sample_next_event(&mut self, t: usize, sampler: &mut Sampler) -> Option<(NextEvent, Spectrum)> {
+        let z = &self.camera[t - 1];
+        let Site::Surface(interaction) = &z.site else { return None };
+        let mut candidate = |number: u16, sampler: &mut Sampler| {
+            sampler.start_vertex(Subpath::Camera, t as u32 - 1 + u32::from(number) * FURTHER);
+            let event = sample_next_event(self.scene, &z.at, sampler)?;
+            self.counters.connections += 1;
+            let f = interaction.eval(z.wo, event.wi, TransportMode::Radiance);
+            Some((event, z.beta * f * event.radiance * event.wi.dot(interaction.ns()).abs()))
+        };
+        let count = self.settings.next_event_candidates.get();
+        if count == 1 {
+            return candidate(0, sampler);
+        }
+        sampler.start_vertex(Subpath::Camera, t as u32 - 1);
+        let mut reservoir = Reservoir::new(sampler.get_1d(Purpose::NextEventChoice));
+        for number in 0..count {
+            if let Some((event, value)) = candidate(number, sampler) {
+                reservoir.offer((event, value), value.luminance());
+            }
+        }
+        let ((event, value), inverse) = reservoir.take()?;
+        Some((event, value * (inverse / f32::from(count))))
+    }
+
+    /// `(1, 1)`: an emitter's point as seen from the camera, splatted.
+    fn emitter_to_camera(&mut self, sampler: &mut Sampler) {
+        let from = self.camera[0].at;
+        sampler.start_vertex(Subpath::Camera, 0);
+        let Some(event) = sample_next_event(self.scene, &from, sampler) else { return };
+        if event.delta {
+            return;
+        }
+        self.counters.connections += 1;
+        let Some((we_cos, raster)) = camera_response(self.scene, &from, event.wi) else { return };
+        let value = event.radiance * we_cos;
+        if value.is_zero() {
+            return;
+        }
+        let y = emitter_vertex(&event);
+        let next_event = y.density(event.pdf, from.p);
+        let camera = [camera_vertex(self.scene, from, 1.0)];
+        let ray = event.shadow_ray(&from);
+        self.connect(Connection { raster, first: 0, light: &[y], camera: &camera, next_event, value, ray }, sampler);
+    }
+
+    /// `t = 1`: a light subpath's vertex `s − 1` as seen by the camera, splatted.
+    fn splat(&mut self, path: usize, s: usize, sampler: &mut Sampler) {
+        let LightPath { vertices, next_event } = &self.paths[path];
+        let light = &self.light[vertices.start..vertices.start + s];
+        let y = &light[s - 1];
+        let Site::Surface(interaction) = &y.site else { return };
+        if !interaction.is_connectable() {
+            return;
+        }
+        sampler.start_vertex(Subpath::Light, s as u32 - 1 + path as u32 * FURTHER);
+        let u = if !self.scene.needs.pinhole { sampler.get_2d(Purpose::NextCamera) } else { Vec2::ZERO };
+        let Some(seen) = self.scene.camera.sample_wi(y.at.p, u) else { return };
+        self.counters.connections += 1;
+        let f = interaction.eval(y.wo, seen.wi, TransportMode::Importance);
+        let value = y.beta * f * (seen.we * seen.wi.dot(interaction.ns()).abs() / seen.pdf);
+        if value.is_zero() {
+            return;
+        }
+        let camera = [camera_vertex(self.scene, seen.at, 1.0)];
+        let ray = y.at.segment_to(&seen.at);
+        let (raster, first, next_event) = (seen.raster, vertices.start, *next_event);
+        self.connect(Connection { raster, first, light, camera: &camera, next_event, value, ray }, sampler);
+    }
+
+    /// `s, t ≥ 2`: the camera subpath's vertex `t − 1` to every vertex of the light subpaths.
+    fn connect_all(&mut self, t: usize, sampler: &mut Sampler) {
+        for path in 0..self.paths.len() {
+            for s in 2..=self.paths[path].vertices.len() {
+                if !self.request.wants(s + t - 2) {
+                    continue;
+                }
+                let Some(value) = self.unshadowed(path, s, t) else { continue };
+                if self.settings.connections == Connections::Roulette {
+                    let number = (path as u32).wrapping_mul(251).wrapping_add(t as u32).wrapping_mul(FURTHER);
+                    sampler.start_vertex(Subpath::Light, number.wrapping_add(s as u32 - 1));
+                }
+                self.connect_surfaces((path, s, t), value, sampler);
+            }
+        }
+    }
+
+    /// `s, t ≥ 2`: the camera subpath's vertex `t − 1` to one vertex of the light subpaths.
+    fn connect_one(&mut self, t: usize, sampler: &mut Sampler) {
+        sampler.start_vertex(Subpath::Camera, t as u32 - 1);
+        let mut reservoir = Reservoir::new(sampler.get_1d(Purpose::ConnectionChoice));
+        for path in 0..self.paths.len() {
+            for s in 2..=self.paths[path].vertices.len() {
+                if self.request.wants(s + t - 2)
+                    && let Some(value) = self.unshadowed(path, s, t)
+                {
+                    reservoir.offer((path, s, value), value.luminance());
+                }
+            }
+        }
+        if let Some(((path, s, value), inverse)) = reservoir.take() {
+            self.connect_surfaces((path, s, t), value * inverse, sampler);
+        }
+    }
+
+    /// What a connection between two surfaces contributes if nothing is between them; `None` for nothing.
+    #[inline]
+    fn unshadowed(&mut self, path: usize, s: usize, t: usize) -> Option<Spectrum> {
+        let (y, z) = (&self.light[self.paths[path].vertices.start + s - 1], &self.camera[t - 1]);
+        let (Site::Surface(at_y), Site::Surface(at_z)) = (&y.site, &z.site) else { return None };
+        if !at_y.is_connectable() {
+            return None;
+        }
+        self.counters.connections += 1;
+        let d = z.at.p - y.at.p;
+        let distance_squared = d.length_squared();
+        if distance_squared == 0.0 {
+            return None;
+        }
+        let d = d / distance_squared.sqrt();
+        let f_z = at_z.eval(z.wo, -d, TransportMode::Radiance);
+        if f_z.is_zero() {
+            return None;
+        }
+        let f_y = at_y.eval(y.wo, d, TransportMode::Importance);
+        let cos_y = fault!("connection_cosine_dropped", d.dot(at_y.ns()).abs(), 1.0);
+        let geometry = cos_y * d.dot(at_z.ns()).abs() / distance_squared;
+        let value = y.beta * f_y * f_z * z.beta * geometry;
+        (!value.is_zero()).then_some(value)
+    }
+
+    fn connect_surfaces(&mut self, (path, s, t): (usize, usize, usize), value: Spectrum, sampler: &mut Sampler) {
+        let LightPath { vertices, next_event } = &self.paths[path];
+        let (light, camera) = (&self.light[vertices.start..vertices.start + s], &self.camera[..t]);
+        let ray = light[s - 1].at.segment_to(&camera[t - 1].at);
+        let (raster, first, next_event) = (self.raster, vertices.start, *next_event);
+        self.connect(Connection { raster, first, light, camera, next_event, value, ray }, sampler);
+    }
+
+    /// Traces a connection's ray, unless roulette is played and lost, and adds what arrives.
+    #[inline]
+    fn connect(&mut self, connection: Connection, sampler: &mut Sampler) {
+        let &Connection { light, camera, next_event, value, ref ray, .. } = &connection;
+        let weight = |join: &Self| join.strategies.weight_connected(join.scene, light, camera, next_event);
+        if self.settings.connections != Connections::Roulette {
+            if !self.is_blocked(ray) {
+                let weight = weight(self);
+                self.add_connected(&connection, value, weight);
+            }
+            return;
+        }
+        let weight = weight(self);
+        let survival = value.luminance() * weight as f32 / self.settings.threshold;
+        // The comparison lets pass what is no number, so that it is counted.
+        if survival < 1.0 && sampler.get_1d(Purpose::ConnectionRoulette) >= survival || self.is_blocked(ray) {
+            return;
+        }
+        self.add_connected(&connection, value / survival.min(1.0), weight);
+    }
+
+    fn is_blocked(&mut self, ray: &Ray) -> bool {
+        self.counters.shadow += 1;
+        self.scene.occluded(ray)
+    }
+
+    fn add_connected(&mut self, connection: &Connection, value: Spectrum, weight: f64) {
+        let &Connection { raster, light, camera, .. } = connection;
+        let Site::Emitter(emitter, _) = &light[0].site else { return };
+        if let Some(classifier) = self.classifier {
+            self.classify(classifier, connection, *emitter);
+        }
+        self.add(raster, (light, camera), *emitter, value, weight);
+    }
+
+    /// Hands a path over.
+    #[inline]
+    fn add(
+        &mut self,
+        raster: Vec2,
+        (light, camera): (&[PathVertex], &[PathVertex]),
+        emitter: EmitterId,
+        value: Spectrum,
+        weight: f64,
+    ) {
+        let technique = Technique::connect(light.len(), camera.len());
+        let path = if S::WANTS.vertices { PathView { light, camera } } else { PathView::default() };
+        let classes = if self.classifier.is_some() { &self.trails.classes[..] } else { &[] };
+        self.out.add(Contribution { raster, technique, value, weight, path, emitter: Some(emitter), classes });
+    }
+
+    /// Follows the words of all subpaths.
+    fn follow(&mut self, classifier: &Classifier) {
+        let Trails { camera, light, .. } = &mut *self.trails;
+        camera.clear();
+        camera.follow(classifier, Subpath::Camera, classifier.camera_start(), self.camera);
+        light.clear();
+        for LightPath { vertices, .. } in self.paths {
+            let vertices = &self.light[vertices.clone()];
+            let Site::Emitter(emitter, _) = &vertices[0].site else { continue };
+            light.follow(classifier, Subpath::Light, classifier.light_start(emitter.0 as usize), vertices);
+        }
+    }
+
+    /// Finds the classes of a connected path, whose subpaths scatter at their last vertices, if these are surfaces, towards one
+    /// another.
+    fn classify(&mut self, classifier: &Classifier, connection: &Connection, emitter: EmitterId) {
+        let &Connection { first, light, camera, .. } = connection;
+        let (y, z) = (&light[light.len() - 1], &camera[camera.len() - 1]);
+        let d = direction(z, y);
+        let Trails { camera: from_camera, light: from_light, classes } = &mut *self.trails;
+        let (camera_start, light_start) = (classifier.camera_start(), classifier.light_start(emitter.0 as usize));
+        let scatter = |trail: &mut Trail, subpath, number, vertex: &PathVertex, wi, start| match &vertex.site {
+            Site::Surface(hit) => {
+                let bounce = Bounce { hit, wo: vertex.wo, wi, delta: false };
+                trail.scatter(classifier, subpath, number, &bounce);
+            }
+            Site::Camera(_) | Site::Emitter(..) => trail.begin(start),
+        };
+        scatter(from_camera, Subpath::Camera, camera.len() - 1, z, d, camera_start);
+        scatter(from_light, Subpath::Light, first + light.len() - 1, y, -d, light_start);
+        trail::join(classifier, from_camera.at(from_camera.last()), from_light.at(from_light.last()), classes);
+        from_camera.pop();
+        from_light.pop();
+    }
+}
+
+fn emitter_vertex(event: &NextEvent) -> PathVertex {
+    PathVertex::first(Site::Emitter(event.emitter, event.endpoint), event.endpoint.at, Spectrum::ONE)
+}

@@ -1,0 +1,244 @@
+//! What an image is taken apart into adds up to it, and is the same whichever method takes it apart: strategies, light groups,
+//! path classes.
+//!
+//! False-alarm rate: 0.1 % for each test (Šidák over images and blocks).
+
+use crate::support::{Estimate, Family, builtin, grey, lambert, method_with, room, seed, shining};
+use glam::{DVec3, dvec3};
+use integrators::lpe::Expression;
+use integrators::render::request;
+use integrators::{
+    Measurement, Orders, Part, PartSettings, PathClass, Quantity, Render, RenderError, RenderSettings, Window,
+};
+use sampling::bsdf::{Bsdf, Dielectric, Mirror, Plastic, RoughConductor, RoughPlastic};
+use sampling::math::Spectrum;
+use sampling::sampler::{Role, SamplerKind};
+use scenes::{Scene, SceneBuilder, Skip};
+use serde_json::{Value, json};
+
+const MAX_ORDER: usize = 4;
+/// Relative to the largest pixel: what `f32` sums of values and `f64` sums of sums leave.
+const ROUNDING: f64 = 1e-5;
+
+fn settings(samples: u32, instance: &str) -> RenderSettings {
+    RenderSettings {
+        orders: Orders::up_to(MAX_ORDER),
+        tail: false,
+        samples_per_replicate: samples,
+        seed: seed(),
+        sampler: SamplerKind::Independent,
+        instance: instance.to_owned(),
+        role: Role::Estimate,
+    }
+}
+
+fn render(
+    scene: &Scene,
+    (name, with): (&str, Value),
+    parts: &PartSettings,
+    (samples, replicates): (u32, u32),
+) -> Result<Measurement, RenderError> {
+    let method = method_with(name, with);
+    let settings = settings(samples, name);
+    let request = request(scene, method.as_ref(), &settings, parts)?;
+    let window = Window::whole(scene.camera.width(), scene.camera.height());
+    let mut render = Render::of_request(scene, method.as_ref(), settings, window, request)?;
+    (0..replicates).for_each(|_| render.run_replicate(&|_| {}));
+    Ok(render.finish())
+}
+
+/// Image mean of a layer over replicates.
+fn image(m: &Measurement, layer: usize) -> Estimate {
+    Estimate::of(&m.replicate_means.iter().map(|means| grey(means[layer])).collect::<Vec<_>>())
+}
+
+/// Fails unless the parts that `add` says of an order, or with `None` of the image, add up to it in every pixel.
+fn adds_up(m: &Measurement, title: &str, order: Option<usize>, add: impl Fn(&Part) -> bool) {
+    let whole = |pixel| match order {
+        Some(order) => m.mean(m.layer_of_order(order).unwrap(), pixel),
+        None => m.total(pixel),
+    };
+    let brightest = (0..m.pixels()).map(|pixel| grey(whole(pixel))).fold(0.0, f64::max);
+    for pixel in 0..m.pixels() {
+        let mut sum = [0.0; 3];
+        for (layer, _) in m.parts().filter(|(_, part)| add(part)) {
+            let value = m.mean(layer, pixel);
+            (0..3).for_each(|c| sum[c] += value[c]);
+        }
+        let off = (0..3).map(|c| (sum[c] - whole(pixel)[c]).abs()).fold(0.0, f64::max);
+        assert!(off <= ROUNDING * brightest, "{title}, order {order:?}, pixel {pixel}: off by {off} of {brightest}");
+    }
+}
+
+fn class(name: &str, expression: &str) -> PathClass {
+    PathClass { name: name.to_owned(), expression: Expression::parse(expression).unwrap() }
+}
+
+/// A room with every kind of lobe, and two lamps that have labels.
+fn furnished(lamps: [bool; 2]) -> Scene {
+    let mut builder = room("furnished");
+    let plastic = builder.material(Bsdf::from(Plastic::new(Spectrum::new(0.6, 0.3, 0.2), 1.5)));
+    let metal = builder.material(Bsdf::from(RoughConductor::from_reflectance(Spectrum::splat(0.8), 0.4, 0.4)));
+    let mirror = builder.material(Bsdf::from(Mirror { reflectance: Spectrum::splat(0.9) }));
+    let glass = builder.material(Bsdf::from(Dielectric { eta: 1.5 }));
+    let coated = builder.material(Bsdf::from(RoughPlastic::new(Spectrum::new(0.2, 0.5, 0.6), 1.5, 0.3)));
+    let floor = builder.quad(dvec3(-1.0, -0.99, -1.0), DVec3::Z * 2.0, DVec3::X * 2.0, coated);
+    builder.label(floor, "floor");
+    for (centre, material) in [
+        (dvec3(-0.5, -0.6, 0.2), plastic),
+        (dvec3(0.5, -0.6, 0.2), metal),
+        (dvec3(-0.4, 0.2, -0.5), mirror),
+        (dvec3(0.4, 0.1, -0.3), glass),
+    ] {
+        builder.sphere(centre, 0.3, material);
+    }
+    let black = builder.material(lambert(0.0));
+    if lamps[0] {
+        let key = builder.quad(dvec3(-0.8, 0.97, -0.4), DVec3::X * 0.6, DVec3::Z * 0.8, black);
+        builder.label(key, "key");
+        builder.emit(key, shining(3.0));
+    }
+    if lamps[1] {
+        let fill = builder.quad(dvec3(0.2, 0.97, -0.4), DVec3::X * 0.6, DVec3::Z * 0.8, black);
+        builder.label(fill, "fill");
+        builder.emit(fill, shining(1.0));
+    }
+    small(builder)
+}
+
+fn small(builder: SceneBuilder) -> Scene {
+    let mut scene = builder.build(Skip::Unneeded).unwrap();
+    scene.camera.set_size(8, 8);
+    scene
+}
+
+fn methods() -> [(&'static str, Value); 4] {
+    ["direct", "path", "light", "bdpt"].map(|name| match name {
+        "direct" => (name, json!({})),
+        _ => (name, json!({"roulette": "none"})),
+    })
+}
+
+#[test]
+fn weighted_strategies_add_up_to_every_order() {
+    let parts = PartSettings { strategies: true, ..PartSettings::default() };
+    for (name, with) in methods() {
+        let m = render(&furnished([true, true]), (name, with), &parts, (4, 2)).unwrap();
+        assert!(m.parts.iter().any(|part| matches!(part, Part::Strategy { .. })));
+        for order in (0..=MAX_ORDER).filter(|&order| m.layer_of_order(order).is_some()) {
+            let of_order = |part: &Part| matches!(part, Part::Strategy { s, t, quantity: Quantity::Weighted } if s + t - 2 == order);
+            adds_up(&m, name, Some(order), of_order);
+        }
+    }
+}
+
+/// In a sphere no geometry term is unbounded, so that every strategy has a variance.
+#[test]
+fn every_strategy_alone_estimates_its_order() {
+    let scene = builtin("integrating_sphere", 4);
+    let parts = PartSettings { strategies: true, ..PartSettings::default() };
+    let m = render(&scene, ("bdpt", json!({"roulette": "none"})), &parts, (96, 64)).unwrap();
+    let truth = render(&scene, ("path", json!({"roulette": "none"})), &PartSettings::default(), (512, 64)).unwrap();
+    let mut family = Family::new("strategies alone");
+    let mut seen = 0;
+    for (layer, part) in m.parts() {
+        let &Part::Strategy { s, t, quantity: Quantity::Raw } = part else { continue };
+        family.image(format!("({s}, {t})"), image(&m, layer), image(&truth, s + t - 2));
+        // The weights are those of what lands: between none and all.
+        let [weights, number, _] = m.image_mean(layer + 1);
+        assert!(number > 0.0 && weights > 0.0 && weights <= number * (1.0 + 1e-6), "({s}, {t}): {weights} {number}");
+        seen += 1;
+    }
+    assert_eq!(seen, (2..=MAX_ORDER + 2).sum::<usize>());
+    family.finish(0.9);
+}
+
+#[test]
+fn light_groups_add_up_and_each_is_the_image_of_its_lamps_alone() {
+    let parts = PartSettings { groups: true, ..PartSettings::default() };
+    let both = furnished([true, true]);
+    let mut family = Family::new("light groups");
+    for (name, with) in methods() {
+        let budget = (if name == "bdpt" { 64 } else { 256 }, 64);
+        let m = render(&both, (name, with.clone()), &parts, budget).unwrap();
+        adds_up(&m, name, None, |part| matches!(part, Part::Group { layer: None, .. }));
+        for (i, &layer) in m.layers.iter().enumerate() {
+            adds_up(&m, name, layer.order(), |part| matches!(part, Part::Group { layer: Some(l), .. } if *l == layer));
+            for (group, lamps) in [("key", [true, false]), ("fill", [false, true])] {
+                let of_group = Part::Group { name: group.to_owned(), layer: Some(layer) };
+                let (place, _) = m.parts().find(|(_, part)| **part == of_group).unwrap();
+                let alone = render(&furnished(lamps), (name, with.clone()), &PartSettings::default(), budget).unwrap();
+                family.image(format!("{name} {group} {layer:?}"), image(&m, place), image(&alone, i));
+            }
+        }
+    }
+    family.finish(0.9);
+}
+
+/// By the first scattering, by a label, and as they are taught; the first two sets are disjoint and complete.
+fn classes() -> Vec<PathClass> {
+    vec![
+        class("emission", "CL"),
+        class("diffuse", "CD.*L"),
+        class("glossy", "CG.*L"),
+        class("specular", "CS.*L"),
+        class("floor", "C'floor'.*L"),
+        class("elsewhere", "C[^'floor'].*L"),
+        class("caustics", "C[DG]S+L"),
+        class("transmitted", "C.*<TS>.*L'key'"),
+        class("whitted", "LD?S*E"),
+    ]
+}
+
+#[test]
+fn path_classes_add_up_and_are_the_same_for_all_methods() {
+    let parts = PartSettings { classes: classes(), ..PartSettings::default() };
+    let scene = furnished([true, true]);
+    let mut measured = Vec::new();
+    for (name, with) in methods() {
+        let m = render(&scene, (name, with), &parts, (if name == "bdpt" { 128 } else { 512 }, 64)).unwrap();
+        let named = |names: &'static [&str]| move |part: &Part| matches!(part, Part::Class { name } if names.contains(&name.as_str()));
+        adds_up(&m, name, None, named(&["emission", "diffuse", "glossy", "specular"]));
+        adds_up(&m, name, None, named(&["emission", "floor", "elsewhere"]));
+        measured.push((name, m));
+    }
+    let mut family = Family::new("path classes");
+    let (_, path) = &measured[1];
+    for (name, m) in &measured[2..] {
+        for (layer, part) in m.parts() {
+            let Part::Class { name: class } = part else { panic!("{part:?}") };
+            // Connections to the camera lose what mirrors and glass send it, and paths light on everything that has both.
+            if *name == "light" && matches!(class.as_str(), "specular" | "elsewhere" | "transmitted" | "whitted") {
+                continue;
+            }
+            let (a, b) = (image(path, layer), image(m, layer));
+            assert!(a.mean > 0.0, "{class} is empty");
+            family.image(format!("{name} {class}"), a, b);
+        }
+    }
+    family.finish(0.8);
+}
+
+#[test]
+fn taking_an_image_apart_changes_no_bit_of_it() {
+    let scene = furnished([true, true]);
+    let all = PartSettings { strategies: true, groups: true, classes: classes() };
+    for (name, with) in methods() {
+        let [plain, apart] =
+            [&PartSettings::default(), &all].map(|parts| render(&scene, (name, with.clone()), parts, (4, 3)).unwrap());
+        assert_eq!((plain.parts.len(), plain.layers.len()), (0, apart.layers.len()));
+        for (layer, pixel) in (0..plain.layers.len()).flat_map(|l| (0..plain.pixels()).map(move |p| (l, p))) {
+            assert_eq!(plain.mean(layer, pixel), apart.mean(layer, pixel), "{name} {layer} {pixel}");
+            assert_eq!(plain.variance(layer, pixel), apart.variance(layer, pixel), "{name} {layer} {pixel}");
+        }
+        assert_eq!((plain.covariance, plain.total_variance), (apart.covariance, apart.total_variance));
+    }
+}
+
+#[test]
+fn what_cannot_be_taken_apart_is_said() {
+    let scene = furnished([true, true]);
+    let parts = PartSettings { classes: vec![class("typo", "C.*L'kye'")], ..PartSettings::default() };
+    let message = render(&scene, ("path", json!({})), &parts, (1, 1)).err().unwrap().to_string();
+    assert!(message.contains("kye") && message.contains("key"), "{message}");
+}
