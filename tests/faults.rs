@@ -46,6 +46,10 @@ const FAULTS: &[(&str, &str)] = &[
     ("variance_with_n_for_n_minus_1", "statistics::variances_and_covariances_are_those_of_the_replicates"),
     ("probe_cosine_dropped", "subsurface::balls_give_back_what_comes_within_their_diameter"),
     ("other_crossings_forgotten", "subsurface::balls_give_back_what_comes_within_their_diameter"),
+    ("light_subpaths_counted_once", "mis_weights::weights_of_all_strategies_sum_to_one"),
+    ("connection_roulette_not_compensated", "variants::connections_of_bidirectional_path_tracing"),
+    ("choice_not_compensated", "variants::connections_of_bidirectional_path_tracing"),
+    ("shares_of_lobes_forgotten", "parts::path_classes_add_up_and_are_the_same_for_all_methods"),
     ("covariance_dropped", "statistics::variances_and_covariances_are_those_of_the_replicates"),
 ];
 

@@ -26,7 +26,7 @@ fn a_method_of_ones_own_agrees_with_those_of_the_list() {
 fn it_is_listed_and_says_what_it_cannot_do() {
     let methods = own_method::methods();
     assert_eq!(methods.names().last(), Some(&"naive"));
-    let error = methods.build("naive", &json!({"survival": 0.5})).err().unwrap().to_string();
+    let error = methods.build("naive", &json!({"survivl": 0.5})).err().unwrap().to_string();
     assert!(error.contains("did you mean `survival`"), "{error}");
     let naive = methods.build("naive", &Value::Null).unwrap();
     let lit_by_a_point = crate::support::room("point");

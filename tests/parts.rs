@@ -93,15 +93,13 @@ fn furnished(lamps: [bool; 2]) -> Scene {
         builder.sphere(centre, 0.3, material);
     }
     let black = builder.material(lambert(0.0));
-    if lamps[0] {
-        let key = builder.quad(dvec3(-0.8, 0.97, -0.4), DVec3::X * 0.6, DVec3::Z * 0.8, black);
-        builder.label(key, "key");
-        builder.emit(key, shining(3.0));
-    }
-    if lamps[1] {
-        let fill = builder.quad(dvec3(0.2, 0.97, -0.4), DVec3::X * 0.6, DVec3::Z * 0.8, black);
-        builder.label(fill, "fill");
-        builder.emit(fill, shining(1.0));
+    // A lamp that is off is still there.
+    for (x, label, radiance, on) in [(-0.8, "key", 3.0, lamps[0]), (0.2, "fill", 1.0, lamps[1])] {
+        let lamp = builder.quad(dvec3(x, 0.97, -0.4), DVec3::X * 0.6, DVec3::Z * 0.8, black);
+        builder.label(lamp, label);
+        if on {
+            builder.emit(lamp, shining(radiance));
+        }
     }
     small(builder)
 }
@@ -238,7 +236,7 @@ fn taking_an_image_apart_changes_no_bit_of_it() {
 #[test]
 fn what_cannot_be_taken_apart_is_said() {
     let scene = furnished([true, true]);
-    let parts = PartSettings { classes: vec![class("typo", "C.*L'kye'")], ..PartSettings::default() };
+    let parts = PartSettings { classes: vec![class("typo", "C.*L'keyy'")], ..PartSettings::default() };
     let message = render(&scene, ("path", json!({})), &parts, (1, 1)).err().unwrap().to_string();
-    assert!(message.contains("kye") && message.contains("key"), "{message}");
+    assert!(message.contains("'keyy'") && message.contains("did you mean 'key'"), "{message}");
 }

@@ -108,9 +108,8 @@ fn relit(
     let layers = sums.into_iter().map(|(name, pixels)| ImageLayer { name, pixels: plain(pixels) }).collect();
     let dimmed: Vec<String> = factors.iter().map(|(name, f)| format!("{name}={},{},{}", f[0], f[1], f[2])).collect();
     // What says how long it took and how many samples it had is no text, and no longer said.
-    let ours = |(name, _): &(&String, &String)| name.starts_with("neumann:") || *name == "software";
-    let kept = image.attributes.iter().filter(ours).map(|(name, value)| (name.clone(), value.clone()));
-    let mut attributes: BTreeMap<String, String> = kept.collect();
+    let mut attributes = image.attributes.clone();
+    attributes.retain(|name, _| name.starts_with("neumann:"));
     attributes.insert("neumann:relit".to_owned(), dimmed.join(" "));
     LayeredImage { width: image.width, height: image.height, layers, other_channels: Vec::new(), attributes }
 }

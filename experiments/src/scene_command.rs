@@ -6,6 +6,7 @@ use crate::progress::{Verbosity, while_loading};
 use integrators::Methods;
 use scenes::import::translation::{Note, NoteKind};
 use scenes::{Crop, Needs, Scene, Skip};
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 /// What `--json` prints.
@@ -15,6 +16,10 @@ struct Report<'a> {
     hash: &'a str,
     width: u32,
     height: u32,
+    /// The light groups, and how many emitters each has.
+    light_groups: Vec<(String, usize)>,
+    /// What light-path expressions may call surfaces.
+    labels: Vec<String>,
     emitter_choice: &'a str,
     camera: String,
     crop: Option<[u32; 4]>,
@@ -85,6 +90,8 @@ fn describe<'a>(scene: &'a Scene, found: &[Note], registry: &Methods) -> Result<
         hash: &scene.hash,
         width: scene.camera.width(),
         height: scene.camera.height(),
+        light_groups: scene.labels.groups().into_iter().map(|group| (group.name, group.emitters.len())).collect(),
+        labels: scene.labels.surfaces().concat().into_iter().collect::<BTreeSet<_>>().into_iter().collect(),
         emitter_choice: scene.choice_rule.name(),
         camera: scene.camera.to_string(),
         crop: scene.crop.map(|Crop { x, y, width, height }| [x, y, width, height]),
@@ -99,6 +106,18 @@ fn describe<'a>(scene: &'a Scene, found: &[Note], registry: &Methods) -> Result<
         mapped: found.iter().filter(|note| note.kind == NoteKind::Mapped).map(Note::to_string).collect(),
         notes: &scene.notes,
     })
+}
+
+/// The first of some names, and how many more there are.
+fn listed(names: impl ExactSizeIterator<Item = String>) -> String {
+    const SHOWN: usize = 12;
+    let more = names.len().saturating_sub(SHOWN);
+    let shown = names.take(SHOWN).collect::<Vec<_>>().join(", ");
+    match more {
+        0 if shown.is_empty() => "none".to_owned(),
+        0 => shown,
+        _ => format!("{shown}, and {more} more"),
+    }
 }
 
 fn instances(instances: &Instances) -> String {
@@ -121,6 +140,8 @@ fn in_words(report: &Report) -> String {
         ("primitives", needs.primitives.to_string()),
         ("instances", instances(&report.instances)),
         ("emitters", needs.emitters.to_string()),
+        ("light groups", listed(report.light_groups.iter().map(|(name, count)| format!("{name} ({count})")))),
+        ("labels", listed(report.labels.iter().cloned())),
         ("emitter choice", report.emitter_choice.to_owned()),
         ("environment", yes(needs.environment).to_owned()),
         ("textures", yes(needs.textures).to_owned()),

@@ -133,7 +133,8 @@ impl Strategies {
     #[inline]
     fn fewer_camera(&self, camera: &[PathVertex], j: usize, delta: bool, fewer: Rivals, pdf_rev: f64) -> Rivals {
         let possible = !delta && !camera[j - 1].delta;
-        let rivals = if possible { self.mis.join(fewer, self.light_paths) } else { fewer };
+        let count = fault!("light_subpaths_counted_once", self.light_paths, 1.0);
+        let rivals = if possible { self.mis.join(fewer, count) } else { fewer };
         self.mis.relative(rivals, ratio(pdf_rev, camera[j].pdf_fwd))
     }
 

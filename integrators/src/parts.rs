@@ -134,7 +134,7 @@ impl Parts {
             let classifier = Classifier::new(&expressions, &scene.labels.surfaces(), &scene.labels.emitters());
             let classifier = classifier.map_err(|error| error.to_string())?;
             if let Some(unknown) = classifier.unknown_names().first() {
-                return Err(unknown.to_string());
+                return Err(format!("{unknown}; `neumann scene` lists what there is"));
             }
             parts.classifier = Some(classifier);
         }

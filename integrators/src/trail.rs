@@ -8,6 +8,7 @@ use crate::lpe::{Classifier, Event, Scattering, State};
 use crate::vertex::{PathVertex, Site};
 use sampling::Vec3;
 use sampling::bsdf::{Lobes, TransportMode};
+use sampling::fault;
 use sampling::math::Spectrum;
 use sampling::sampler::Subpath;
 use scenes::{EmitterId, Interaction};
@@ -203,7 +204,7 @@ fn kinds(subpath: Subpath, bounce: &Bounce) -> Kinds {
             // The share is of f, which both modes have but for a common factor.
             let f = |lobes| hit.eval_lobes(wo, wi, lobes, TransportMode::Radiance);
             let (d, g) = (f(diffuse), f(glossy));
-            [None, Some(share(d, d + g)), Some(share(g, d + g))]
+            [None, Some(fault!("shares_of_lobes_forgotten", share(d, d + g), Spectrum::ONE)), Some(share(g, d + g))]
         }
         (true, false) => [None, Some(Spectrum::ONE), None],
         // What scatters by neither contributes nothing.

@@ -27,6 +27,7 @@ mod channels;
 mod reading;
 
 use super::{ExportError, write_atomically};
+use crate::machine::VERSION;
 use exr::meta::attribute::Chromaticities;
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image, IntegerBounds, Layer,
@@ -130,7 +131,8 @@ pub fn write_measurement(
 pub fn write_layers(path: &Path, image: &LayeredImage) -> Result<(), ExportError> {
     let size = (image.width, image.height);
     let other = image.attributes.iter().map(|(name, value)| (text(name), AttributeValue::Text(text(value)))).collect();
-    let attributes = LayerAttributes { other, ..LayerAttributes::default() };
+    let software_name = Some(text(&format!("neumann {VERSION}")));
+    let attributes = LayerAttributes { software_name, other, ..LayerAttributes::default() };
     let bytes = encode_channels(size, size, attributes, channels::of_layers(&image.layers));
     let bytes = bytes.map_err(|reason| ExportError::Encode { path: path.to_owned(), reason })?;
     write_atomically(path, &bytes)

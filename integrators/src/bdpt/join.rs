@@ -283,7 +283,8 @@ impl<S: Sink> Join<'_, S> {
         if survival < 1.0 && sampler.get_1d(Purpose::ConnectionRoulette) >= survival || self.is_blocked(ray) {
             return;
         }
-        self.add_connected(&connection, value / survival.min(1.0), weight);
+        let survival = fault!("connection_roulette_not_compensated", survival.min(1.0), 1.0);
+        self.add_connected(&connection, value / survival, weight);
     }
 
     fn is_blocked(&mut self, ray: &Ray) -> bool {

@@ -1,5 +1,7 @@
 //! One of several things, chosen in proportion to their weights as they come.
 
+use sampling::fault;
+
 /// What was chosen of what has come so far \[Chao82\].
 #[derive(Clone, Copy, Debug)]
 pub struct Reservoir<T> {
@@ -34,7 +36,7 @@ impl<T> Reservoir<T> {
 
     /// What was chosen, and the inverse of the probability with which it was.
     pub fn take(self) -> Option<(T, f32)> {
-        self.chosen.map(|(thing, weight)| (thing, self.sum / weight))
+        self.chosen.map(|(thing, weight)| (thing, fault!("choice_not_compensated", self.sum / weight, 1.0)))
     }
 }
 
