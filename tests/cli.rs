@@ -7,6 +7,7 @@ use std::process::{Command, Output};
 use tempfile::TempDir;
 
 mod bad_input;
+mod decompositions;
 mod foreign;
 #[cfg(target_os = "linux")]
 mod signals;

@@ -157,15 +157,17 @@ fn light_groups_add_up_and_each_is_the_image_of_its_lamps_alone() {
     let both = furnished([true, true]);
     let mut family = Family::new("light groups");
     for (name, with) in methods() {
-        let budget = (if name == "bdpt" { 64 } else { 256 }, 64);
+        let budget = (if name == "bdpt" { 32 } else { 128 }, 64);
         let m = render(&both, (name, with.clone()), &parts, budget).unwrap();
         adds_up(&m, name, None, |part| matches!(part, Part::Group { layer: None, .. }));
-        for (i, &layer) in m.layers.iter().enumerate() {
+        for &layer in &m.layers {
             adds_up(&m, name, layer.order(), |part| matches!(part, Part::Group { layer: Some(l), .. } if *l == layer));
-            for (group, lamps) in [("key", [true, false]), ("fill", [false, true])] {
+        }
+        for (group, lamps) in [("key", [true, false]), ("fill", [false, true])] {
+            let alone = render(&furnished(lamps), (name, with.clone()), &PartSettings::default(), budget).unwrap();
+            for (i, &layer) in m.layers.iter().enumerate() {
                 let of_group = Part::Group { name: group.to_owned(), layer: Some(layer) };
                 let (place, _) = m.parts().find(|(_, part)| **part == of_group).unwrap();
-                let alone = render(&furnished(lamps), (name, with.clone()), &PartSettings::default(), budget).unwrap();
                 family.image(format!("{name} {group} {layer:?}"), image(&m, place), image(&alone, i));
             }
         }

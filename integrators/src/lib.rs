@@ -33,6 +33,7 @@ pub mod path;
 pub mod render;
 pub mod request;
 pub mod roulette;
+mod sampled;
 pub mod scratch;
 pub mod splats;
 pub mod start;

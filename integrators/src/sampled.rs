@@ -1,0 +1,127 @@
+//! Estimators as integrators: sample after sample of every pixel of a block.
+
+use crate::contribution::Technique;
+use crate::film::{Block, BlockFilm, PartsFilm, PixelSink};
+use crate::measurement::Counters;
+use crate::method::{Estimator, Integrator, MethodEntry, Methods, Pass, Pixel, Replicate};
+use crate::request::Request;
+use crate::scratch::Scratch;
+use sampling::sampler::{Purpose, Sampler};
+use scenes::{Needs, Scene};
+use serde_json::Value;
+use std::ops::RangeInclusive;
+
+/// An estimator under a name.
+pub(crate) struct Sampled<E> {
+    pub name: &'static str,
+    pub estimator: E,
+}
+
+impl<E: Estimator> Integrator for Sampled<E> {
+    fn name(&self) -> &str {
+        self.name
+    }
+
+    fn settings(&self) -> Value {
+        serde_json::to_value(&self.estimator).unwrap_or(Value::Null)
+    }
+
+    fn orders(&self, max_order: usize) -> RangeInclusive<usize> {
+        self.estimator.orders(max_order)
+    }
+
+    fn carries_subsurface(&self) -> bool {
+        E::SUBSURFACE
+    }
+
+    fn classifies(&self) -> bool {
+        E::CLASSIFIES
+    }
+
+    fn makes(&self, technique: Technique) -> bool {
+        self.estimator.makes(technique)
+    }
+
+    fn unsupported(&self, scene: &Scene) -> Option<String> {
+        let bodies = (!E::SUBSURFACE).then(|| bodies_in(scene)).flatten();
+        bodies.or_else(|| self.estimator.unsupported(&scene.facts))
+    }
+
+    fn unsupported_request(&self, request: &Request) -> Option<String> {
+        self.estimator.unsupported_request(request)
+    }
+
+    fn missing_light(&self, needs: &Needs) -> Vec<String> {
+        self.estimator.missing_light(needs)
+    }
+
+    fn splats(&self) -> bool {
+        self.estimator.splats()
+    }
+
+    fn begin<'a>(&'a self, scene: &'a Scene, request: &'a Request, replicate: Replicate) -> Box<dyn Pass + 'a> {
+        let prepared = self.estimator.prepare(scene, request, &replicate);
+        Box::new(Samples { estimator: &self.estimator, prepared, scene, request, replicate })
+    }
+}
+
+/// What a method that does not follow light through bodies says of a scene with some: which materials, and what to do.
+fn bodies_in(scene: &Scene) -> Option<String> {
+    let names: Vec<String> = scene.bodies().map(|body| format!("`{}`", body.name)).collect();
+    let (material, lets) = match names.len() {
+        0 => return None,
+        1 => ("material", "lets"),
+        _ => ("materials", "let"),
+    };
+    let methods = Methods::standard();
+    let made = |entry: &&MethodEntry| (entry.factory)(&Value::Null).is_ok_and(|method| method.carries_subsurface());
+    let able: Vec<&str> = methods.entries().iter().filter(made).map(|entry| entry.name).collect();
+    Some(format!(
+        "the {material} {} {lets} light through beneath the surface (subsurface), which it cannot follow; use a method that can \
+         ({}), or give the surface a BSDF alone, such as plastic",
+        names.join(", "),
+        able.join(", ")
+    ))
+}
+
+/// A replicate of an estimator.
+struct Samples<'a, E> {
+    estimator: &'a E,
+    prepared: Option<E>,
+    scene: &'a Scene,
+    request: &'a Request,
+    replicate: Replicate,
+}
+
+impl<E: Estimator> Pass for Samples<'_, E> {
+    fn run(&self, block: Block, out: &mut BlockFilm) {
+        let counters = match self.request.parts().list() {
+            [] => self.take(block, out),
+            _ => self.take(block, &mut PartsFilm(out)),
+        };
+        out.counters += counters;
+    }
+}
+
+impl<E: Estimator> Samples<'_, E> {
+    /// Takes the samples of a block.
+    fn take<S: PixelSink>(&self, block: Block, out: &mut S) -> Counters {
+        let Replicate { sampler, key, samples, .. } = self.replicate;
+        let (width, height) = (self.scene.camera.width(), self.scene.camera.height());
+        let mut sampler = Sampler::new(sampler, key, samples, (width, height));
+        let mut scratch = Scratch::default();
+        let filter = self.scene.camera.filter();
+        let estimator = self.prepared.as_ref().unwrap_or(self.estimator);
+        for y in block.tile.y {
+            for x in block.tile.x.clone() {
+                for sample in block.samples.clone() {
+                    sampler.start_sample(y as u64 * width as u64 + x as u64, sample);
+                    let (pixel, weight) = Pixel::sample(x, y, filter, sampler.get_2d(Purpose::Film));
+                    out.start_sample(pixel, weight);
+                    estimator.estimate(self.scene, self.request, pixel, &mut sampler, &mut scratch, out);
+                }
+            }
+        }
+        scratch.counters
+    }
+}
