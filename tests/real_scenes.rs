@@ -122,21 +122,23 @@ fn a_bright_texel() {
     family.finish(0.0);
 }
 
-/// What has no reference here has methods that must agree: glass, rough glass, metal and plastic of scenes that others made, and the
-/// light of an environment.
+/// What has no reference here has methods that must agree: glass, metal and plastic of scenes that others made, and the light of an
+/// environment. Light tracing is left out where connections to the camera meet narrow lobes, as on Veach's plates: its tail is not
+/// seen.
 #[test]
 fn methods_agree() {
     let entry = |name, samples| Entry::new(name, samples).without_roulette().by_night(8);
-    for (name, last) in [
-        ("cornell-obj/CornellBox-Glossy.obj", 3),
-        ("cornell-obj/CornellBox-Glass.obj", 1),
-        ("coffee/pbrt/scene-v4.pbrt", 2),
-        ("veach-mis/mitsuba/scene_v3.xml", 1),
-        ("ignis-eval/mitsuba/env.xml", 3),
-        ("ignis-eval/mitsuba/room.xml", 3),
+    for (name, last, narrow) in [
+        ("cornell-obj/CornellBox-Glossy.obj", 3, false),
+        ("cornell-obj/CornellBox-Glass.obj", 1, false),
+        ("coffee/pbrt/scene-v4.pbrt", 2, true),
+        ("veach-mis/mitsuba/scene_v3.xml", 1, true),
+        ("ignis-eval/mitsuba/env.xml", 3, false),
+        ("ignis-eval/mitsuba/room.xml", 3, false),
     ] {
         let Some(scene) = open(name, (12, 12)) else { continue };
-        let entries = [entry("path", 24), entry("bdpt", 8), entry("light", 24).of_infinite_variance()];
+        let mut entries = vec![entry("path", 24), entry("bdpt", 8)];
+        entries.extend((!narrow).then(|| entry("light", 24).of_infinite_variance()));
         agree(name, &scene, last, &entries, 0.0);
     }
 }
