@@ -6,7 +6,9 @@ use crate::machine::VERSION;
 use crate::progress::Verbosity;
 use crate::settings::Assignment;
 use crate::stop::Stop;
-use crate::{bsdf, convert_command, diff_command, list_command, render_command, run_command, scene_command};
+use crate::{
+    bsdf, convert_command, diff_command, list_command, lpe_command, render_command, run_command, scene_command,
+};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use integrators::Window;
 use std::io::Write;
@@ -42,6 +44,8 @@ pub enum Command {
     Diff(DiffArgs),
     /// Look at a scattering model: its parameters, albedo and pictures.
     Bsdf(BsdfArgs),
+    /// Say what light-path expressions mean, and whether they are disjoint and complete.
+    Lpe(LpeArgs),
     /// List what can be named.
     List(ListArgs),
 }
@@ -206,6 +210,17 @@ pub struct BsdfArgs {
     pub gallery: bool,
 }
 
+/// `neumann lpe`.
+#[derive(Clone, Debug, Args)]
+pub struct LpeArgs {
+    /// Expressions such as 'CD+S+L' (see docs/light_path_expressions.md), each with a name if you like: NAME=EXPR.
+    #[arg(required = true, value_name = "EXPR")]
+    pub expressions: Vec<String>,
+    /// As JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// `neumann list`.
 #[derive(Clone, Debug, Args)]
 pub struct ListArgs {
@@ -256,6 +271,7 @@ fn execute(cli: &Cli) -> Result<Status, Error> {
         Command::Convert(args) => convert_command::convert(args),
         Command::Diff(args) => diff_command::diff(args),
         Command::Bsdf(args) => bsdf::bsdf(args),
+        Command::Lpe(args) => lpe_command::lpe(args),
         Command::List(args) => list_command::list(args),
     }
 }
