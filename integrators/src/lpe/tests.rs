@@ -227,6 +227,20 @@ fn sets_are_complete_or_leave_a_path_out() {
 }
 
 #[test]
+fn light_is_divided_by_what_the_manual_shows() {
+    for set in [
+        &["CL", "C[DG]+S+L", "CS.*L", "C[DG]+(S+[DG].*)?L"][..],
+        &["C'floor'L", "C<'wood'[^'floor']>L", "C[^'floor''wood']L", "CL|C..+L"],
+        &["C.*L'key'", "C.*[^L'key']"],
+        &["LE", "LD(D|S)*E", "LS(D|S)*E"],
+    ] {
+        let classifier = any_scene(set);
+        assert!(classifier.overlap().is_none() && classifier.gap().is_none(), "{set:?}");
+    }
+    assert!(any_scene(&["C'floor'L", "C'wood'L"]).overlap().is_some());
+}
+
+#[test]
 fn examples_are_shortest_and_differ() {
     let paths =
         |text: &str| -> Vec<String> { any_scene(&[text]).examples(0, 3).iter().map(ToString::to_string).collect() };
