@@ -1,20 +1,22 @@
 //! The command line: what can be typed, and who answers it.
 
+mod args;
+
+pub use args::{
+    BsdfArgs, ConvertArgs, DiffArgs, ListArgs, ListKind, LpeArgs, RelightArgs, RenderArgs, RunArgs, SceneArgs,
+};
+
 use crate::error::{BAD_INPUT, Error, Status};
-use crate::export::exr::LayerSelection;
 use crate::machine::VERSION;
 use crate::progress::Verbosity;
-use crate::relight_command::Dimmer;
-use crate::settings::Assignment;
 use crate::stop::Stop;
 use crate::{
-    bsdf, convert_command, diff_command, list_command, parts, relight_command, render_command, run_command,
+    bsdf, convert_command, diff_command, list_command, lpe_command, relight_command, render_command, run_command,
     scene_command,
 };
-use clap::{Args, Parser, Subcommand, ValueEnum};
-use integrators::{Methods, PathClass, Window};
+use clap::{Parser, Subcommand};
+use integrators::Methods;
 use std::io::Write;
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Renders light order by order of the Neumann series, and measures which method does it best.
@@ -48,208 +50,10 @@ pub enum Command {
     Diff(DiffArgs),
     /// Look at a scattering model: its parameters, albedo and pictures.
     Bsdf(BsdfArgs),
+    /// Say what light-path expressions mean, and whether they are disjoint and complete.
+    Lpe(LpeArgs),
     /// List what can be named.
     List(ListArgs),
-}
-
-/// `neumann run`.
-#[derive(Clone, Debug, Default, Args)]
-pub struct RunArgs {
-    /// An experiment's name (see `neumann list experiments`) or a .toml file.
-    pub experiment: String,
-    /// Folder of the results [default: results/EXPERIMENT].
-    #[arg(long, short, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Seconds for each method in each scene, instead of samples.
-    #[arg(long, value_name = "S", conflicts_with = "spp")]
-    pub seconds: Option<f64>,
-    /// Samples per pixel, over all replicates.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub spp: Option<u32>,
-    /// Independent images that share the samples.
-    #[arg(long, value_name = "R", value_parser = clap::value_parser!(u32).range(1..))]
-    pub replicates: Option<u32>,
-    /// Image size.
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    pub size: Option<(u32, u32)>,
-    /// Last order traced one by one.
-    #[arg(long, value_name = "K")]
-    pub max_order: Option<usize>,
-    /// Seed of all random numbers.
-    #[arg(long, value_name = "S")]
-    pub seed: Option<u64>,
-    /// Where random numbers come from (see `neumann list samplers`).
-    #[arg(long, value_name = "NAME")]
-    pub sampler: Option<String>,
-    /// Threads [default: all cores].
-    #[arg(long, value_name = "T", value_parser = parse_threads)]
-    pub threads: Option<usize>,
-    /// Replace results of another configuration in the same folder.
-    #[arg(long)]
-    pub fresh: bool,
-    /// Change a key of the experiment (max_order=4) or a method's setting (bdpt.mis=power).
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub set: Vec<Assignment>,
-    /// Exit with 0 even if non-finite samples occurred.
-    #[arg(long)]
-    pub allow_invalid: bool,
-}
-
-/// `neumann render`.
-#[derive(Clone, Debug, Args)]
-pub struct RenderArgs {
-    /// A built-in scene's name (see `neumann list scenes`) or a file: .toml, .obj, .ply, .gltf, .glb, Mitsuba's .xml, .pbrt.
-    pub scene: String,
-    /// The method (see `neumann list methods`).
-    #[arg(long, short = 'i', value_name = "METHOD", default_value = "path")]
-    pub method: String,
-    /// Samples per pixel, over all replicates [default: 64].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "seconds")]
-    pub spp: Option<u32>,
-    /// Render for about so many seconds instead; a pilot run fixes the number of samples.
-    #[arg(long, value_name = "S")]
-    pub seconds: Option<f64>,
-    /// Last order traced one by one [default: the scene's, usually 8].
-    #[arg(long, value_name = "K")]
-    pub max_order: Option<usize>,
-    /// Only these orders, such as 0,2,4-6 [default: all up to --max-order].
-    #[arg(long, value_name = "LIST")]
-    pub orders: Option<String>,
-    /// Estimate all beyond --max-order too.
-    #[arg(long)]
-    pub tail: bool,
-    /// Image size [default: the scene's].
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    pub size: Option<(u32, u32)>,
-    /// Only these pixels of the image: column and row of the first (from 0, at the top left), width, height [default: the
-    /// scene's crop, usually all].
-    #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop)]
-    pub crop: Option<Window>,
-    /// Seed of all random numbers.
-    #[arg(long, value_name = "S", default_value_t = 0)]
-    pub seed: u64,
-    /// Independent images that share the samples: two or more give variances.
-    #[arg(long, value_name = "R", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
-    pub replicates: u32,
-    /// How a pixel weights the light around it (see `neumann list filters`) [default: the scene's, usually box].
-    #[arg(long, value_name = "NAME")]
-    pub filter: Option<String>,
-    /// Where random numbers come from (see `neumann list samplers`).
-    #[arg(long, value_name = "NAME", default_value = "independent")]
-    pub sampler: String,
-    /// Threads [default: all cores].
-    #[arg(long, value_name = "T", value_parser = parse_threads)]
-    pub threads: Option<usize>,
-    /// Do all work, also what this scene does not need.
-    #[arg(long)]
-    pub no_skip: bool,
-    /// Layers of the image besides the beauty: orders, variance, strategies, groups; or beauty for none.
-    #[arg(long, value_name = "LIST", default_value = "orders")]
-    pub layers: LayerSelection,
-    /// A layer for the paths of a light-path expression, such as caustics='CDS+L' (see `neumann lpe`).
-    #[arg(long, value_name = "NAME=EXPR", value_parser = parts::class)]
-    pub lpe: Vec<PathClass>,
-    /// Change a setting of the method: mis=power or bdpt.mis=power.
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub set: Vec<Assignment>,
-    /// The image file [default: SCENE_METHOD.exr].
-    #[arg(long, short, value_name = "OUT.exr")]
-    pub output: Option<PathBuf>,
-    /// Write means, variances, counters and times as JSON.
-    #[arg(long, value_name = "OUT.json")]
-    pub stats: Option<PathBuf>,
-    /// Exit with 0 even if non-finite samples occurred.
-    #[arg(long)]
-    pub allow_invalid: bool,
-}
-
-/// `neumann scene`.
-#[derive(Clone, Debug, Args)]
-pub struct SceneArgs {
-    /// A built-in scene's name or a file.
-    pub scene: String,
-    /// As JSON.
-    #[arg(long)]
-    pub json: bool,
-    /// Exit with 2 if the importer approximated anything.
-    #[arg(long)]
-    pub strict: bool,
-}
-
-/// `neumann convert`.
-#[derive(Clone, Debug, Args)]
-pub struct ConvertArgs {
-    /// The scene: Mitsuba's .xml, .pbrt, .gltf, .glb, or .obj.
-    pub scene: String,
-    /// The scene file to write; meshes that have no file of their own are written beside it.
-    #[arg(long, short, value_name = "SCENE.toml")]
-    pub output: PathBuf,
-}
-
-/// `neumann relight`.
-#[derive(Clone, Debug, Args)]
-pub struct RelightArgs {
-    /// The image, rendered with `--layers orders,groups`.
-    pub image: PathBuf,
-    /// By what to multiply the light of a group: a number, or one each for red, green and blue. Other groups stay as they are.
-    #[arg(value_name = "GROUP=FACTOR", required = true, value_parser = relight_command::dimmer)]
-    pub groups: Vec<Dimmer>,
-    /// The image to write.
-    #[arg(long, short, value_name = "OUT.exr")]
-    pub output: PathBuf,
-}
-
-/// `neumann diff`.
-#[derive(Clone, Debug, Args)]
-pub struct DiffArgs {
-    /// The image to judge.
-    pub a: PathBuf,
-    /// The reference.
-    pub b: PathBuf,
-    /// As JSON.
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// `neumann bsdf`.
-#[derive(Clone, Debug, Args)]
-pub struct BsdfArgs {
-    /// The model's name (see `neumann list bsdfs`).
-    #[arg(required_unless_present = "gallery")]
-    pub model: Option<String>,
-    /// Set a parameter of the model: alpha=0.2 or albedo=[0.8,0.2,0.1].
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub set: Vec<Assignment>,
-    /// Folder of the pictures [default: results/bsdfs/MODEL].
-    #[arg(long, short, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// All models as they are by default, on one page [default folder: results/bsdfs].
-    #[arg(long, conflicts_with_all = ["model", "set"])]
-    pub gallery: bool,
-}
-
-/// `neumann list`.
-#[derive(Clone, Debug, Args)]
-pub struct ListArgs {
-    /// What to list [default: everything].
-    pub kind: Option<ListKind>,
-}
-
-/// What can be listed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ListKind {
-    /// Ways to estimate the orders.
-    Methods,
-    /// Scattering models.
-    Bsdfs,
-    /// Built-in scenes.
-    Scenes,
-    /// Built-in experiments.
-    Experiments,
-    /// Where random numbers come from.
-    Samplers,
-    /// How pixels weight the light around them.
-    Filters,
 }
 
 /// Runs the command line of this process with THE LIST of methods.
@@ -284,6 +88,7 @@ fn execute(cli: &Cli, methods: &Methods) -> Result<Status, Error> {
         Command::Relight(args) => relight_command::relight(args),
         Command::Diff(args) => diff_command::diff(args),
         Command::Bsdf(args) => bsdf::bsdf(args),
+        Command::Lpe(args) => lpe_command::lpe(args),
         Command::List(args) => list_command::list(args, methods),
     }
 }
@@ -317,64 +122,15 @@ pub fn print(text: &str) -> Result<(), Error> {
     }
 }
 
-fn parse_size(text: &str) -> Result<(u32, u32), String> {
-    let parts = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-    match parts {
-        Some((width, height)) if width > 0 && height > 0 => Ok((width, height)),
-        Some(_) => Err("width and height must be at least 1; write for example 256x256".to_owned()),
-        None => Err("this is no size; write width and height in pixels, for example 256x256".to_owned()),
-    }
-}
-
-/// Four numbers, of which none can be checked against the image yet.
-fn parse_crop(text: &str) -> Result<Window, String> {
-    let numbers: Result<Vec<u32>, _> = text.split(',').map(|part| part.trim().parse()).collect();
-    match numbers.as_deref() {
-        Ok(&[x, y, width, height]) if width > 0 && height > 0 => {
-            let end = |start: u32, length: u32| start.checked_add(length).ok_or("no image is that large");
-            Ok(Window { x: x..end(x, width)?, y: y..end(y, height)? })
-        }
-        Ok([_, _, _, _]) => Err("width and height must be at least 1; write for example 32,16,64,64".to_owned()),
-        _ => Err("give column and row of the first pixel, width and height, for example 32,16,64,64".to_owned()),
-    }
-}
-
-/// More threads than any machine has would only fail later, without a reason that a user understands.
-const MAX_THREADS: usize = 4096;
-
-fn parse_threads(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(threads) if (1..=MAX_THREADS).contains(&threads) => Ok(threads),
-        _ => Err(format!("give a number of threads from 1 to {MAX_THREADS}, or leave --threads out for all cores")),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::export::exr::LayerSelection;
     use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn sizes_are_read() {
-        assert_eq!(parse_size("640x480"), Ok((640, 480)));
-        assert!(parse_size("0x480").unwrap_err().contains("at least 1"));
-        assert!(parse_size("640").unwrap_err().contains("256x256"));
-        assert!(parse_size("-1x4").is_err());
-    }
-
-    #[test]
-    fn crops_are_read() {
-        assert_eq!(parse_crop("32, 16,64,48"), Ok(Window { x: 32..96, y: 16..64 }));
-        assert!(parse_crop("1,2,0,3").unwrap_err().contains("at least 1"));
-        for text in ["1,2,3", "1,2,3,4,5", "-1,2,3,4", "a"] {
-            assert!(parse_crop(text).unwrap_err().contains("32,16,64,64"), "{text}");
-        }
-        assert!(parse_crop("4294967295,0,2,2").is_err());
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //!
 //! - [`cli`]: the command line; [`error`]: what can go wrong, and how the program ends; [`settings`]: `--set key=value`;
 //! - one file a command: [`run_command`], [`render_command`], [`scene_command`], [`convert_command`], [`diff_command`], [`list_command`],
-//!   [`mod@bsdf`];
+//!   [`lpe_command`], [`mod@bsdf`];
 //! - [`config`]: experiments; [`source`]: their files; [`plan`]: an experiment made ready and checked; [`runner`]: methods interleaved, replicate
 //!   by replicate; [`budget`]: samples, seconds, threads; [`result`]: what an experiment leaves behind;
 //! - [`convergence`]: variance against samples and its slope; [`ratio`]: samplers against one another; [`integrals`]: integrals of
@@ -27,6 +27,7 @@ pub mod error;
 pub mod export;
 pub mod integrals;
 pub mod list_command;
+pub mod lpe_command;
 pub mod machine;
 pub mod metrics;
 pub mod output;

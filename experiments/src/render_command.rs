@@ -10,6 +10,7 @@ use crate::export::write_atomically;
 use crate::machine::{VERSION, require_memory};
 use crate::output;
 use crate::parts;
+use crate::path_class;
 use crate::progress::{Progress, Verbosity, while_loading};
 use crate::settings;
 use crate::statistics_file::{Context, Seconds, Statistics};
@@ -155,7 +156,7 @@ impl Job {
             filter: self.scene.camera.filter().to_string(),
             threads,
             skipped: self.scene.needs.skipped(),
-            missing_light: self.method.missing_light(&self.scene.facts),
+            missing_light: path_class::missing(&*self.method, &self.scene),
         }
     }
 
@@ -171,7 +172,7 @@ impl Job {
             m.replicates,
             m.seconds()
         );
-        for missing in self.method.missing_light(&self.scene.facts) {
+        for missing in path_class::missing(&*self.method, &self.scene) {
             text += &format!("  {} cannot carry here: {missing}\n", self.method.name());
         }
         for note in &self.scene.notes {

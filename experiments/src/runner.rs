@@ -4,6 +4,7 @@ use crate::config::Convergence;
 use crate::convergence::Deviations;
 use crate::error::Error;
 use crate::integrals;
+use crate::path_class;
 use crate::plan::{Plan, PlannedMethod, PlannedScene};
 use crate::progress::{Progress, Verbosity};
 use crate::result::{Checkpoint, IntegralResult, MethodResult};
@@ -124,7 +125,7 @@ fn compare_methods(
         setting: planned.setting.clone(),
         measurement: render.finish(),
         convergence: Vec::new(),
-        missing_light: planned.method.missing_light(&scene.scene.facts),
+        missing_light: path_class::missing(&*planned.method, &scene.scene),
         skipped: scene.scene.needs.skipped().into_iter().map(str::to_owned).collect(),
     });
     Ok(results.collect())

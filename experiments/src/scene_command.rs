@@ -2,6 +2,7 @@
 
 use crate::cli::{SceneArgs, print};
 use crate::error::{Error, Status};
+use crate::path_class;
 use crate::progress::{Verbosity, while_loading};
 use integrators::Methods;
 use scenes::import::translation::{Note, NoteKind};
@@ -82,7 +83,7 @@ fn describe<'a>(scene: &'a Scene, found: &[Note], registry: &Methods) -> Result<
     for entry in registry.entries() {
         let method = registry.build(entry.name, &serde_json::Value::Null)?;
         let unsupported = method.unsupported(scene);
-        methods.push(Support { method: entry.name, unsupported, missing_light: method.missing_light(&scene.facts) });
+        methods.push(Support { method: entry.name, unsupported, missing_light: path_class::missing(&*method, scene) });
     }
     let counts = scene.counts();
     Ok(Report {

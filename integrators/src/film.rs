@@ -100,46 +100,50 @@ impl<'r> BlockFilm<'r> {
 }
 
 impl BlockFilm<'_> {
-    /// Adds to a pixel of the film.
+    /// Adds to successive layers of a pixel of the film.
     #[inline]
-    fn add_to(&mut self, (x, y): (u32, u32), layer: usize, value: Spectrum) {
-        let value = value.to_array();
+    fn add_to<const N: usize>(&mut self, (x, y): (u32, u32), layer: usize, values: [Spectrum; N]) {
         if self.tile.contains((x, y)) {
             let pixel = (y - self.tile.y.start) as usize * self.tile.x.len() + (x - self.tile.x.start) as usize;
             let i = (pixel * self.request.film_layers() + layer) * 3;
-            let sums = &mut self.sums[i..i + 3];
-            (0..3).for_each(|c| sums[c] += value[c] as f64);
+            for (sums, value) in self.sums[i..i + 3 * N].chunks_exact_mut(3).zip(values) {
+                let value = value.to_array();
+                (0..3).for_each(|c| sums[c] += value[c] as f64);
+            }
             return;
         }
         if self.window.contains((x, y)) {
             let (column, row) = (x - self.window.x.start, y - self.window.y.start);
             let pixel = row * self.window.width() + column;
-            self.splats.push((row / TILE) as usize, Splat { pixel, layer: layer as u32, value });
+            for (i, value) in values.into_iter().enumerate() {
+                let splat = Splat { pixel, layer: (layer + i) as u32, value: value.to_array() };
+                self.splats.push((row / TILE) as usize, splat);
+            }
         }
     }
 
     /// Adds what lands anywhere to the pixel it lands in.
     #[inline]
-    fn splat(&mut self, raster: Vec2, layer: usize, value: Spectrum) {
+    fn splat<const N: usize>(&mut self, raster: Vec2, layer: usize, values: [Spectrum; N]) {
         // The comparison, made before the conversion, also leaves out what lies off the film.
         let Vec2 { x: width, y: height } = self.raster.size();
         if !(raster.x >= 0.0 && raster.y >= 0.0 && raster.x < width && raster.y < height) {
             return;
         }
         let x = fault!("last_column_left_out", raster.x as u32, (raster.x as u32).min(self.raster.width.max(2) - 2));
-        self.add_to((x, raster.y as u32), layer, value);
+        self.add_to((x, raster.y as u32), layer, values);
     }
 
     /// Adds what lands anywhere, off the film too, to every pixel whose filter reaches there: around a sphere from all sides.
-    fn splat_filtered(&mut self, raster: Vec2, layer: usize, value: Spectrum) {
+    fn splat_filtered<const N: usize>(&mut self, raster: Vec2, layer: usize, values: [Spectrum; N]) {
         match self.raster.edges {
-            Edges::Border => self.spread(raster, layer, value),
-            Edges::Sphere => self.raster.images(raster).for_each(|image| self.spread(image, layer, value)),
+            Edges::Border => self.spread(raster, layer, values),
+            Edges::Sphere => self.raster.images(raster).for_each(|image| self.spread(image, layer, values)),
         }
     }
 
     /// Adds what lands at one place to every pixel whose filter reaches there.
-    fn spread(&mut self, raster: Vec2, layer: usize, value: Spectrum) {
+    fn spread<const N: usize>(&mut self, raster: Vec2, layer: usize, values: [Spectrum; N]) {
         // As in `splat`, the comparison also leaves out what is not a number.
         let (filter, Vec2 { x: width, y: height }) = (self.raster.filter, self.raster.size());
         let radius = filter.radius();
@@ -157,7 +161,7 @@ impl BlockFilm<'_> {
             let weight_y = filter.eval_1d(raster.y - (y as f32 + 0.5));
             for x in columns.clone() {
                 let weight = weight_y * filter.eval_1d(raster.x - (x as f32 + 0.5));
-                self.add_to((x, y), layer, value * weight);
+                self.add_to((x, y), layer, values.map(|value| value * weight));
             }
         }
     }
@@ -177,13 +181,13 @@ impl BlockFilm<'_> {
         Some((layer, value))
     }
 
-    /// Adds to a layer where a contribution lands.
+    /// Adds to successive layers where a contribution lands.
     #[inline]
-    fn place(&mut self, c: &Contribution, layer: usize, value: Spectrum) {
+    fn place<const N: usize>(&mut self, c: &Contribution, layer: usize, values: [Spectrum; N]) {
         match (c.technique, self.raster.filter) {
-            (Technique::Connect { t: 0 | 1, .. }, Filter::Box) => self.splat(c.raster, layer, value),
-            (Technique::Connect { t: 0 | 1, .. }, _) => self.splat_filtered(c.raster, layer, value),
-            _ => self.add_to(self.pixel, layer, value * self.weight),
+            (Technique::Connect { t: 0 | 1, .. }, Filter::Box) => self.splat(c.raster, layer, values),
+            (Technique::Connect { t: 0 | 1, .. }, _) => self.splat_filtered(c.raster, layer, values),
+            _ => self.add_to(self.pixel, layer, values.map(|value| value * self.weight)),
         }
     }
 }
@@ -200,7 +204,7 @@ impl Sink for BlockFilm<'_> {
     #[inline]
     fn add(&mut self, contribution: Contribution) {
         if let Some((layer, value)) = self.counted(&contribution) {
-            self.place(&contribution, layer, value);
+            self.place(&contribution, layer, [value]);
         }
     }
 }
@@ -222,24 +226,22 @@ impl Sink for PartsFilm<'_, '_> {
     fn add(&mut self, c: Contribution) {
         let Self(film) = self;
         let Some((layer, value)) = film.counted(&c) else { return };
-        film.place(&c, layer, value);
+        film.place(&c, layer, [value]);
         let parts = film.request.parts();
         if let Some(strategy) = parts.strategy(c.technique) {
-            film.place(&c, strategy, value);
             // A raw value may be beyond all numbers where its weight is 0.
             let raw = if c.value.is_finite() { c.value } else { Spectrum::ZERO };
-            film.place(&c, strategy + 1, raw);
             let weight = c.weight as f32;
-            film.place(&c, strategy + 2, Spectrum::new(weight, 1.0, weight + 1.0));
+            film.place(&c, strategy, [value, raw, Spectrum::new(weight, 1.0, weight + 1.0)]);
         }
         if let Some(group) = parts.group(c.emitter) {
-            film.place(&c, group, value);
-            film.place(&c, group + 1 + layer, value);
+            film.place(&c, group, [value]);
+            film.place(&c, group + 1 + layer, [value]);
         }
         for &ClassShare { classes, share } in c.classes {
             let mut rest = classes;
             while rest != 0 {
-                film.place(&c, parts.class(rest.trailing_zeros()), value * share);
+                film.place(&c, parts.class(rest.trailing_zeros()), [value * share]);
                 rest &= rest - 1;
             }
         }

@@ -31,6 +31,9 @@ fn unknown_names_are_answered_with_the_nearest() {
     refused(&["rendr", "furnace"], &["render"]);
     refused(&["render", "furnace", "--sede", "3"], &["--seed"]);
     refused(&["list", "method"], &["methods"]);
+    refused(&["lpe", "CD", "CL"], &["write `L` at the end", "\n  CD\n    ^"]);
+    refused(&["lpe", "a=CL", "a=CDL"], &["`a` is given twice"]);
+    refused(&["lpe", "C.*D.{30}L"], &["more than 4096 states"]);
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! What can be wrong with an expression or a set of them.
 
+use super::{MAX_EXPRESSIONS, MAX_NAMES};
+
 /// What is wrong with an expression, shown with a caret under the place.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}\n  {excerpt}\n  {:column$}^", "")]
@@ -59,10 +61,10 @@ fn columns(c: char) -> usize {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LpeError {
     /// More expressions than bits.
-    #[error("there are {0} expressions; at most {limit} can be told apart at once, so ask in several turns", limit = super::MAX_EXPRESSIONS)]
+    #[error("there are {0} expressions; at most {max} can be told apart at once, so use fewer", max = MAX_EXPRESSIONS)]
     Expressions(usize),
     /// More names than bits.
-    #[error("the expressions mention {0} names; at most {limit} can be told apart at once, so ask in several turns", limit = super::MAX_NAMES)]
+    #[error("the expressions mention {0} names; at most {max} can be told apart at once, so use fewer", max = MAX_NAMES)]
     Names(usize),
     /// Something grew beyond its bound.
     #[error(
