@@ -284,17 +284,17 @@ impl<'a> Set<'a> {
 /// Each set once, and for every entry the number of its set.
 fn distinct(entries: &[Names]) -> Result<(Vec<Names>, Vec<u16>), LpeError> {
     const LIMIT: usize = 1 << 16;
-    let mut known: HashMap<Names, u16> = HashMap::new();
+    let mut known: HashMap<Names, usize> = HashMap::new();
     let mut sets = Vec::new();
     let mut numbers = Vec::with_capacity(entries.len());
     for &names in entries {
-        if !known.contains_key(&names) {
-            let new =
-                u16::try_from(sets.len()).map_err(|_| LpeError::TooLarge { what: "sets of names", limit: LIMIT })?;
-            known.insert(names, new);
+        let new = sets.len();
+        let number = *known.entry(names).or_insert(new);
+        if number == new {
             sets.push(names);
         }
-        numbers.push(known[&names]);
+        let number = u16::try_from(number).map_err(|_| LpeError::TooLarge { what: "sets of names", limit: LIMIT })?;
+        numbers.push(number);
     }
     Ok((sets, numbers))
 }
