@@ -315,7 +315,7 @@ mod tests {
     fn statements_are_whole_lines() {
         let text = " v 1 # one\r\n\n#\\\nf 1 \\ \n 2\\\n# three\n 4\n\\\n \nend \\";
         let found: Vec<_> = statements(text).map(|s| (s.at, s.line, s.text.into_owned())).collect();
-        let expected = [(0, 1, "v 1"), (14, 4, "f 1   2"), (37, 7, "4"), (46, 10, "end")];
+        let expected = [(0, 1, "v 1"), (16, 4, "f 1   2"), (35, 7, "4"), (42, 10, "end")];
         assert_eq!(found, expected.map(|(at, line, text)| (at, line, text.to_owned())));
     }
 
