@@ -64,6 +64,11 @@ pub fn while_loading<T>(verbosity: Verbosity, load: impl FnOnce() -> T) -> T {
         if begun.elapsed() < PATIENCE {
             return;
         }
+        // What comes next may tell nothing for a while, and a full bar would seem to wait.
+        if share >= 1.0 {
+            shown = None;
+            return;
+        }
         if shown.as_ref().is_none_or(|(before, _)| *before != activity) {
             // The old bar goes before there is a new one.
             shown = None;

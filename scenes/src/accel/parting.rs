@@ -51,20 +51,21 @@ pub(super) fn cut(items: &Items, list: &mut [u32]) -> usize {
         (((aabb.center()[axis] - low[axis]) * scale[axis]) as usize).min(STEPS - 1)
     };
     let nothing = || [[(Aabb::INVALID, 0); STEPS]; 3];
-    let steps: [[Step; STEPS]; 3] = list
-        .par_iter()
-        .with_min_len(1 << 12)
-        .fold(nothing, |mut steps, &item| {
+    // By chunks, since a fold would hand the steps on with every item.
+    let steps_of = |list: &[u32]| {
+        let mut steps = nothing();
+        for &item in list {
             let aabb = items.aabb(item);
             for (axis, steps) in steps.iter_mut().enumerate() {
                 join(&mut steps[step_of(&aabb, axis)], &(aabb, 1));
             }
-            steps
-        })
-        .reduce(nothing, |mut a, b| {
-            a.as_flattened_mut().iter_mut().zip(b.as_flattened()).for_each(|(a, b)| join(a, b));
-            a
-        });
+        }
+        steps
+    };
+    let steps: [[Step; STEPS]; 3] = list.par_chunks(1 << 12).map(steps_of).reduce(nothing, |mut a, b| {
+        a.as_flattened_mut().iter_mut().zip(b.as_flattened()).for_each(|(a, b)| join(a, b));
+        a
+    });
     let cuts = (0..3).flat_map(|axis| costs(&steps[axis], list.len() / 4).map(move |(step, cost)| (axis, step, cost)));
     let Some((axis, step, _)) = cuts.min_by(|a, b| a.2.total_cmp(&b.2)) else {
         return halve(items, list, (high - low).to_array());

@@ -86,6 +86,7 @@ impl Tree<'_> {
         if list.len() <= self.most {
             return self.grow_part(list, depth);
         }
+        self.report();
         self.accel.depth = self.accel.depth.max(depth);
         let wide = self.new_node();
         let middle = cut(self.items, list);
@@ -118,8 +119,12 @@ impl Tree<'_> {
         let opened = if binary.nodes[0].is_leaf() || collapse.leaf(0) { vec![0] } else { collapse.open(0) };
         collapse.fill(wide, &opened, depth);
         self.done += list.len();
-        progress::report(Activity::Building, self.done as f64 / self.items.len() as f64);
+        self.report();
         (wide as Child, bounds)
+    }
+
+    fn report(&self) {
+        progress::report(Activity::Building, self.done as f64 / self.items.len() as f64);
     }
 
     fn new_node(&mut self) -> usize {

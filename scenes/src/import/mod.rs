@@ -7,6 +7,8 @@
 //! camera for a file that has none.
 
 pub mod appearance;
+mod corners;
+mod faces;
 pub mod gltf;
 pub mod mitsuba;
 pub mod mtl;

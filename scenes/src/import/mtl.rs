@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::source::{number, split, statements};
+use super::source::{Statement, number, split, statements};
 use crate::error::SceneError;
 
 /// What a material of an MTL file states; `None` where it says nothing.
@@ -38,9 +38,9 @@ pub struct Statements {
 /// Reads an MTL text; a bad number is an error that names its line.
 pub fn parse(path: &Path, text: &str) -> Result<Vec<Statements>, SceneError> {
     let mut materials: Vec<Statements> = Vec::new();
-    for (line, statement) in statements(text) {
+    for Statement { line, text, .. } in statements(text) {
         let at_line = |error: SceneError| error.in_file(path).at_line(line);
-        let (keyword, rest) = split(&statement);
+        let (keyword, rest) = split(&text);
         if keyword == "newmtl" {
             if rest.is_empty() {
                 return Err(at_line(SceneError::invalid("`newmtl` names no material", "add a name")));

@@ -1,6 +1,6 @@
 //! Wavefront OBJ with its MTL libraries.
 //!
-//! The geometry is read by `tobj` from a text that has been checked and made plain first; faces may be any simple
+//! The geometry is read by `tobj` from [texts](source) that have been checked and made plain first; faces may be any simple
 //! polygons. `usemtl` and `g` divide it into groups, each of which becomes one shape, and one emitter if its material
 //! has `Ke`; the front of a face, which emits, is where its corners run counter-clockwise, or where its normals point
 //! if it has any. What becomes of a material is [`appearance`](super::appearance)'s rule.
@@ -12,16 +12,13 @@
 //! radiance 1.
 
 use std::collections::{HashMap, HashSet};
-use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use glam::DVec3;
-use sampling::{Vec2, vec2};
-
 use super::appearance::Appearance;
+use super::faces::{self, Faces};
 use super::source::{self, Source};
 use super::translation::{self, Lines, NoteKind, Notes, Place, SCENE_HEADER, Translation};
-use super::{mtl, polygon, solid, viewpoint};
+use super::{mtl, solid, viewpoint};
 use crate::builder::{Emission, MeshData, SceneBuilder, ShapeId};
 use crate::error::SceneError;
 use crate::material::MaterialId;
@@ -67,8 +64,9 @@ impl Model {
 
     /// Reads the contents of the file at `path`, and its libraries.
     pub fn read(path: &Path, bytes: &[u8]) -> Result<Self, SceneError> {
-        let source = source::prepare(path, &source::decode(path, bytes)?)?;
-        if source.faces == 0 {
+        let text = source::decode(path, bytes)?;
+        let source = source::check(path, &text)?;
+        if source.total.faces == 0 {
             return Err(SceneError::invalid("the file holds no faces", "add `f` lines").in_file(path));
         }
         let mut notes = Vec::new();
@@ -83,11 +81,12 @@ impl Model {
     }
 
     /// Adds all groups to a scene; returns the shapes.
-    pub fn add_to(&self, builder: &mut SceneBuilder, overrides: Overrides) -> Vec<ShapeId> {
+    pub fn add_to(mut self, builder: &mut SceneBuilder, overrides: Overrides) -> Vec<ShapeId> {
         self.notes.iter().for_each(|note| builder.note(note.clone()));
         let mut ids: HashMap<(usize, bool), MaterialId> = HashMap::new();
         let mut shapes = Vec::new();
-        for group in self.groups.iter().filter(|group| !group.mesh.triangles.is_empty()) {
+        let groups = std::mem::take(&mut self.groups);
+        for group in groups.into_iter().filter(|group| !group.mesh.triangles.is_empty()) {
             let appearance = &self.appearances[group.appearance].1;
             let material = match overrides.material {
                 Some(material) => material,
@@ -97,7 +96,7 @@ impl Model {
                     *ids.entry((group.appearance, mapped.is_some())).or_insert_with(|| builder.material(material()))
                 }
             };
-            let shape = builder.mesh(group.mesh.clone(), material);
+            let shape = builder.mesh(group.mesh, material);
             if let Some(radiance) = appearance.emission.filter(|_| !overrides.no_emission) {
                 builder.emit(shape, Emission { radiance: Texture::Constant(radiance), two_sided: false });
             }
@@ -140,9 +139,9 @@ impl Model {
 pub fn scene(path: &Path, name: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder, SceneError> {
     let model = Model::open(path)?;
     let mut builder = SceneBuilder::new(name);
-    model.add_to(&mut builder, Overrides::default());
     let meshes: Vec<&MeshData> = model.groups.iter().map(|group| &group.mesh).collect();
     viewpoint::furnish(&mut builder, &meshes, model.emits(), size);
+    model.add_to(&mut builder, Overrides::default());
     Ok(builder)
 }
 
@@ -226,33 +225,19 @@ fn find_library(folder: &Path, stated: &str) -> Vec<PathBuf> {
     }
 }
 
-/// Lets `tobj` read the plain text, and cuts its polygons into triangles.
+/// Makes meshes of the faces.
 fn read_groups(
     path: &Path,
     source: &Source,
     appearances: &mut Vec<(String, Appearance)>,
     notes: &mut Vec<String>,
 ) -> Result<Vec<Group>, SceneError> {
-    // The names of the materials, so that tobj numbers them as they are numbered here.
-    let named = |name: &String| tobj::Material { name: name.clone(), ..tobj::Material::default() };
-    let materials: Vec<_> = appearances.iter().map(|(name, _)| named(name)).collect();
-    let text = format!("mtllib all\n{}", source.text);
-    let options =
-        tobj::LoadOptions { single_index: true, ignore_points: true, ignore_lines: true, ..Default::default() };
-    let library = |_: &Path| {
-        let numbers = materials.iter().enumerate().map(|(i, material)| (material.name.clone(), i)).collect();
-        Ok((materials.clone(), numbers))
-    };
-    let (models, _) = tobj::load_obj_buf(&mut Cursor::new(text), &options, library)
-        .map_err(|error| SceneError::invalid(error.to_string(), "mend the file, or save it again").in_file(path))?;
-    let mut turned = 0;
+    let Faces { meshes, turned } = faces::read(source).map_err(|error| error.in_file(path))?;
     let mut groups = Vec::new();
-    for model in models {
-        let appearance = model.mesh.material_id.unwrap_or_else(|| grey(appearances));
-        let mesh = triangles(&model.mesh, &mut turned);
-        if !mesh.triangles.is_empty() {
-            groups.push(Group { name: model.name, mesh, appearance });
-        }
+    for (run, mesh) in meshes.into_iter().filter(|(_, mesh)| !mesh.triangles.is_empty()) {
+        let known = appearances.iter().position(|(name, _)| run.material == Some(name));
+        let appearance = known.unwrap_or_else(|| grey(appearances));
+        groups.push(Group { name: run.name.to_owned(), mesh, appearance });
     }
     if turned > 0 {
         notes.push(format!("{}: {turned} triangles were turned to the side of their normals", path.display()));
@@ -271,56 +256,4 @@ fn grey(appearances: &mut Vec<(String, Appearance)>) -> usize {
         appearances.push((String::new(), Appearance::missing()));
         appearances.len() - 1
     })
-}
-
-/// The triangles of a mesh of polygons, without those that have no area; `turned` counts the ones whose normals pointed
-/// to their back.
-fn triangles(mesh: &tobj::Mesh, turned: &mut usize) -> MeshData {
-    let positions: Vec<DVec3> = mesh.positions.chunks_exact(3).map(|p| DVec3::new(p[0], p[1], p[2])).collect();
-    let normals: Vec<DVec3> = mesh.normals.chunks_exact(3).map(|n| DVec3::new(n[0], n[1], n[2])).collect();
-    let uvs: Vec<Vec2> = mesh.texcoords.chunks_exact(2).map(|t| vec2(t[0] as f32, t[1] as f32)).collect();
-    let mut out = MeshData { positions, uvs, ..MeshData::default() };
-    let faces = if mesh.face_arities.is_empty() { vec![3; mesh.indices.len() / 3] } else { mesh.face_arities.clone() };
-    let mut rest = mesh.indices.as_slice();
-    for arity in faces {
-        let (face, after) = rest.split_at(arity as usize);
-        rest = after;
-        let points: Vec<DVec3> = face.iter().map(|&i| out.positions[i as usize]).collect();
-        for triangle in polygon::triangulate(&points) {
-            let [a, b, c] = triangle.map(|i| points[i]);
-            let ng = (b - a).cross(c - a);
-            if ng.length_squared() > 0.0 {
-                let mut corners = triangle.map(|i| face[i]);
-                if corners.iter().filter_map(|&i| normals.get(i as usize)).sum::<DVec3>().dot(ng) < 0.0 {
-                    corners.swap(1, 2);
-                    *turned += 1;
-                }
-                out.triangles.push(corners);
-            }
-        }
-    }
-    if normals.iter().any(|n| n.length_squared() > 0.0) {
-        out.normals = normals.iter().map(|n| n.normalize_or_zero().as_vec3()).collect();
-        give_missing_normals(&mut out);
-    }
-    out
-}
-
-/// Gives corners without a normal that of their face, at a vertex of their own.
-fn give_missing_normals(mesh: &mut MeshData) {
-    for t in 0..mesh.triangles.len() {
-        let [a, b, c] = mesh.triangles[t].map(|i| mesh.positions[i as usize]);
-        let ng = (b - a).cross(c - a).normalize_or_zero().as_vec3();
-        for corner in 0..3 {
-            let i = mesh.triangles[t][corner] as usize;
-            if mesh.normals[i] == sampling::Vec3::ZERO {
-                mesh.triangles[t][corner] = mesh.positions.len() as u32;
-                mesh.positions.push(mesh.positions[i]);
-                mesh.normals.push(ng);
-                if let Some(&uv) = mesh.uvs.get(i) {
-                    mesh.uvs.push(uv);
-                }
-            }
-        }
-    }
 }

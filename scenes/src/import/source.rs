@@ -1,72 +1,138 @@
-//! The text of an OBJ file, checked line by line and written out again in the plain dialect that `tobj` reads
-//! faithfully.
+//! The text of an OBJ file, checked line by line and cut into pieces.
 //!
 //! `tobj` names no lines in its errors, takes `NaN` for a number, misaligns attributes where a group mixes `v/vt` with
-//! `v//vn`, and does not know comments behind a statement, tabs behind a keyword, or lines continued by `\`.
+//! `v//vn`, and does not know comments behind a statement, tabs behind a keyword, or lines continued by `\`. It also keeps every face
+//! of a text in 104 bytes until its group ends, and every vertex in a table of hashes. So what it is given are small texts in the plain
+//! dialect that it reads faithfully, made of the [pieces](Piece) of a file.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::path::Path;
 
+use rayon::prelude::*;
+
 use crate::error::SceneError;
+use crate::progress::{self, Activity};
 
 /// The largest magnitude of a coordinate.
 const MAX_COORDINATE: f64 = 1e15;
+/// About so many bytes are a piece, which one thread reads in one go.
+const PIECE: usize = 1 << 18;
+/// The places of every so many points are kept.
+const STRIDE: usize = 4;
+/// The share of the time of reading that checking takes.
+pub(super) const CHECKING: f64 = 0.3;
 
-/// A checked OBJ file.
+/// A checked OBJ file: all of its text, but that faces may name vertices that there are not.
 #[derive(Default)]
-pub(super) struct Source {
-    /// Every face's corners name a position, and a normal and a texture coordinate if the file has any at all; those
-    /// that a corner lacks are the zero normal and the zero coordinate.
-    pub text: String,
+pub(super) struct Source<'a> {
+    pub pieces: Vec<Piece<'a>>,
+    /// How many of everything there are.
+    pub total: Counts,
+    /// What is said between faces, each with the number of faces before it.
+    pub marks: Vec<(usize, Mark)>,
     /// The `mtllib` statements: line and the rest of it.
     pub libraries: Vec<(usize, String)>,
     /// The materials used: name and the line of the first use.
     pub materials: BTreeMap<String, usize>,
     /// Statements that are not read: keyword, first line, and how often.
     pub ignored: BTreeMap<String, (usize, usize)>,
-    /// Number of faces.
+}
+
+/// Whole statements that follow one another.
+#[derive(Default)]
+pub(super) struct Piece<'a> {
+    pub text: &'a str,
+    /// How many lines are before it.
+    pub lines: usize,
+    /// How many points and faces are before it.
+    pub before: Counts,
+    /// How many faces it has.
+    pub faces: usize,
+    /// Where in the text the points of each kind are, every [`STRIDE`]th of them.
+    points: [Vec<usize>; 3],
+}
+
+/// What holds of the faces behind it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Mark {
+    /// The name of a group or an object.
+    Group(String),
+    /// The name of their material.
+    Material(String),
+}
+
+/// Counts of points, by their kind, and of faces.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Counts {
+    pub points: [usize; 3],
     pub faces: usize,
 }
 
-/// Counts of positions, texture coordinates and normals.
-#[derive(Clone, Copy, Default)]
-struct Counts([usize; 3]);
+/// The kinds of points: keyword and name.
+pub(super) const KINDS: [(&str, &str); 3] = [("v", "vertex"), ("vt", "texture coordinate"), ("vn", "normal")];
 
-const KINDS: [(&str, &str); 3] = [("v", "vertex"), ("vt", "texture coordinate"), ("vn", "normal")];
+/// The kind of point that a statement of this keyword is.
+pub(super) fn kind_of(keyword: &str) -> Option<usize> {
+    KINDS.iter().position(|(known, _)| *known == keyword)
+}
 
 /// Decodes text: UTF-8, with `�` for what isn't; UTF-16 and binary files are refused.
-pub(super) fn decode(path: &Path, bytes: &[u8]) -> Result<String, SceneError> {
+pub(super) fn decode<'a>(path: &Path, bytes: &'a [u8]) -> Result<Cow<'a, str>, SceneError> {
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || bytes.contains(&0) {
         let line = 1 + bytes.iter().take_while(|&&byte| byte != 0).filter(|&&byte| byte == b'\n').count();
         let error = SceneError::invalid("this is not a plain text file", "save it as UTF-8 or ASCII text");
         return Err(error.in_file(path).at_line(line));
     }
-    let text = String::from_utf8_lossy(bytes);
-    Ok(text.trim_start_matches('\u{feff}').to_string())
+    Ok(String::from_utf8_lossy(bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes)))
 }
 
-/// The statements of an OBJ or MTL text: line, keyword and the rest; without comments, with continued lines joined.
-pub(super) fn statements(text: &str) -> Vec<(usize, String)> {
-    let mut statements = Vec::new();
-    let mut pending: Option<(usize, String)> = None;
-    for (i, line) in text.lines().enumerate() {
-        let line = without_comment(line);
-        let (body, continues) = match line.trim_end().strip_suffix('\\') {
-            Some(body) => (body, true),
-            None => (line, false),
-        };
-        let (number, mut whole) = pending.take().unwrap_or((i + 1, String::new()));
-        whole.push_str(body);
-        if continues {
-            whole.push(' ');
-            pending = Some((number, whole));
-        } else if !whole.trim().is_empty() {
-            statements.push((number, whole.trim().to_string()));
+/// A statement of an OBJ or MTL text, without comments, with continued lines joined.
+pub(super) struct Statement<'a> {
+    /// Where in the text it begins.
+    pub at: usize,
+    /// The line in which it begins, counted from 1.
+    pub line: usize,
+    pub text: Cow<'a, str>,
+}
+
+/// The statements of an OBJ or MTL text.
+pub(super) fn statements(text: &str) -> impl Iterator<Item = Statement<'_>> {
+    let mut lines = text.split_inclusive('\n');
+    let (mut end, mut line) = (0, 0);
+    let mut next_line = move || {
+        let whole = lines.next()?;
+        (end, line) = (end + whole.len(), line + 1);
+        Some((end - whole.len(), line, without_comment(whole)))
+    };
+    std::iter::from_fn(move || {
+        loop {
+            let (at, line, first) = next_line()?;
+            let Some(body) = continued(first) else {
+                let text = first.trim();
+                if text.is_empty() {
+                    continue;
+                }
+                return Some(Statement { at, line, text: Cow::Borrowed(text) });
+            };
+            let mut whole = body.to_owned();
+            while let Some((_, _, more)) = next_line() {
+                whole.push(' ');
+                whole.push_str(continued(more).unwrap_or(more));
+                if continued(more).is_none() {
+                    break;
+                }
+            }
+            if !whole.trim().is_empty() {
+                return Some(Statement { at, line, text: Cow::Owned(whole.trim().to_owned()) });
+            }
         }
-    }
-    statements.extend(pending.filter(|(_, whole)| !whole.trim().is_empty()));
-    statements
+    })
+}
+
+/// What a line says that goes on in the next one.
+fn continued(line: &str) -> Option<&str> {
+    line.trim_end().strip_suffix('\\')
 }
 
 /// The line up to a `#` that begins it or follows white space.
@@ -84,89 +150,149 @@ pub(super) fn split(statement: &str) -> (&str, &str) {
     }
 }
 
-/// Checks an OBJ text and rewrites it.
-pub(super) fn prepare(path: &Path, text: &str) -> Result<Source, SceneError> {
-    let statements = statements(text);
-    let total = count(&statements);
+/// Checks an OBJ text, and finds where everything is.
+pub(super) fn check<'a>(path: &Path, text: &'a str) -> Result<Source<'a>, SceneError> {
+    let pieces = cut(text);
     let mut source = Source::default();
-    let mut points = String::new();
-    let mut faces = String::new();
-    if total.0[1] > 0 {
-        points.push_str("vt 0 0\n");
-    }
-    if total.0[2] > 0 {
-        points.push_str("vn 0 0 0\n");
-    }
-    let mut so_far = Counts::default();
-    for (line, statement) in &statements {
-        let at_line = |error: SceneError| error.in_file(path).at_line(*line);
-        let (keyword, rest) = split(statement);
-        match keyword {
-            "v" | "vt" | "vn" => {
-                let kind = KINDS.iter().position(|(k, _)| *k == keyword).unwrap_or(0);
-                so_far.0[kind] += 1;
-                if write_point(&mut points, kind, rest).map_err(at_line)? {
-                    source.ignore("vertex colours", *line);
-                }
-            }
-            "f" => {
-                write_face(&mut faces, rest, total, so_far).map_err(at_line)?;
-                source.faces += 1;
-            }
-            "o" | "g" => _ = writeln!(faces, "g {rest}"),
-            "usemtl" if rest.is_empty() => {
-                return Err(at_line(SceneError::invalid("`usemtl` names no material", "add its name")));
-            }
-            "usemtl" => {
-                source.materials.entry(rest.to_string()).or_insert(*line);
-                _ = writeln!(faces, "usemtl {rest}");
-            }
-            "mtllib" => source.libraries.push((*line, rest.to_string())),
-            "s" => {}
-            other => source.ignore(other, *line),
+    for together in pieces.chunks(4 * rayon::current_num_threads()) {
+        let found: Vec<_> = together.par_iter().map(|&(piece, lines)| check_piece(piece, lines)).collect();
+        for found in found {
+            source.join(found.map_err(|error| error.in_file(path))?);
         }
+        progress::report(Activity::Reading, CHECKING * source.pieces.len() as f64 / pieces.len() as f64);
     }
-    source.text = points + &faces;
+    if source.total.points.iter().any(|&count| count >= u32::MAX as usize) {
+        return Err(SceneError::invalid("there are more than 2³² vertices", "divide the file").in_file(path));
+    }
     Ok(source)
 }
 
-impl Source {
+/// The text in pieces of whole statements, each with the number of lines before it.
+fn cut(text: &str) -> Vec<(&str, usize)> {
+    let mut pieces = Vec::new();
+    let (mut rest, mut lines) = (text, 0);
+    while !rest.is_empty() {
+        let (piece, after) = rest.split_at(end_of_piece(rest.as_bytes()));
+        pieces.push((piece, lines));
+        lines += piece.bytes().filter(|&byte| byte == b'\n').count();
+        rest = after;
+    }
+    pieces
+}
+
+fn end_of_piece(rest: &[u8]) -> usize {
+    if rest.len() <= PIECE {
+        return rest.len();
+    }
+    // A statement surely ends where a line does that has no backslash.
+    let mut from = rest[..PIECE].iter().rposition(|&byte| byte == b'\n').map_or(0, |at| at + 1);
+    loop {
+        let Some(length) = rest[from..].iter().position(|&byte| byte == b'\n') else { return rest.len() };
+        let line = from..from + length;
+        from = line.end + 1;
+        if !rest[line].contains(&b'\\') {
+            return from;
+        }
+    }
+}
+
+fn check_piece(text: &str, lines: usize) -> Result<Source<'_>, SceneError> {
+    let mut source = Source::default();
+    let mut piece = Piece { text, lines, ..Piece::default() };
+    for statement in statements(text) {
+        let line = lines + statement.line;
+        let (keyword, rest) = split(&statement.text);
+        if let Some(kind) = kind_of(keyword) {
+            if source.total.points[kind] % STRIDE == 0 {
+                piece.points[kind].push(statement.at);
+            }
+            source.total.points[kind] += 1;
+            if check_point(kind, rest).map_err(|error| error.at_line(line))? {
+                source.ignore("vertex colours", line);
+            }
+            continue;
+        }
+        match keyword {
+            "f" => source.total.faces += 1,
+            "o" | "g" => source.marks.push((source.total.faces, Mark::Group(rest.to_owned()))),
+            "usemtl" if rest.is_empty() => {
+                return Err(SceneError::invalid("`usemtl` names no material", "add its name").at_line(line));
+            }
+            "usemtl" => {
+                source.materials.entry(rest.to_owned()).or_insert(line);
+                source.marks.push((source.total.faces, Mark::Material(rest.to_owned())));
+            }
+            "mtllib" => source.libraries.push((line, rest.to_owned())),
+            "s" => {}
+            other => source.ignore(other, line),
+        }
+    }
+    piece.faces = source.total.faces;
+    source.pieces.push(piece);
+    Ok(source)
+}
+
+impl Source<'_> {
     fn ignore(&mut self, what: &str, line: usize) {
         let short: String = what.chars().take(24).collect();
         self.ignored.entry(short).or_insert((line, 0)).1 += 1;
     }
-}
 
-fn count(statements: &[(usize, String)]) -> Counts {
-    let mut counts = Counts::default();
-    for (_, statement) in statements {
-        if let Some(kind) = KINDS.iter().position(|(keyword, _)| *keyword == split(statement).0) {
-            counts.0[kind] += 1;
+    /// Writes a point of this number, counted from 1, in the plain dialect; number 0 is the zero that stands for none.
+    pub fn write_point(&self, out: &mut String, kind: usize, number: u32) {
+        let (keyword, words) = (KINDS[kind].0, if kind == 1 { 2 } else { 3 });
+        let statement = number.checked_sub(1).map(|index| self.point(kind, index as usize));
+        let given = statement.as_ref().map_or("", |statement| split(&statement.text).1);
+        out.push_str(keyword);
+        for word in given.split_whitespace().chain(["0"; 3]).take(words) {
+            out.push(' ');
+            out.push_str(word);
         }
+        out.push('\n');
     }
-    counts
+
+    /// The statement of a point, counted from 0.
+    fn point(&self, kind: usize, index: usize) -> Statement<'_> {
+        let behind = self.pieces.partition_point(|piece| piece.before.points[kind] <= index);
+        let piece = &self.pieces[behind - 1];
+        let within = index - piece.before.points[kind];
+        let text = &piece.text[piece.points[kind][within / STRIDE]..];
+        let mut points = statements(text).filter(|statement| kind_of(split(&statement.text).0) == Some(kind));
+        points.nth(within % STRIDE).expect("it was counted")
+    }
 }
 
-/// Writes the position, texture coordinate or normal; true if there was a colour behind it.
-fn write_point(out: &mut String, kind: usize, rest: &str) -> Result<bool, SceneError> {
-    let (keyword, name) = KINDS[kind];
-    let mut numbers = Vec::with_capacity(8);
-    for word in rest.split_whitespace() {
-        numbers.push(number(word, name)?);
+impl<'a> Source<'a> {
+    /// Adds what follows it in the file.
+    fn join(&mut self, next: Source<'a>) {
+        self.pieces.extend(next.pieces.into_iter().map(|piece| Piece { before: self.total, ..piece }));
+        self.marks.extend(next.marks.into_iter().map(|(face, mark)| (self.total.faces + face, mark)));
+        self.libraries.extend(next.libraries);
+        for (name, line) in next.materials {
+            self.materials.entry(name).or_insert(line);
+        }
+        for (what, (line, count)) in next.ignored {
+            self.ignored.entry(what).or_insert((line, 0)).1 += count;
+        }
+        self.total.points.iter_mut().zip(next.total.points).for_each(|(sum, count)| *sum += count);
+        self.total.faces += next.total.faces;
     }
-    let (needed, written) = if kind == 1 { (1, 2) } else { (3, 3) };
-    if numbers.len() < needed {
-        let message = format!("`{keyword} {rest}` has {} numbers", numbers.len());
+}
+
+/// Says what is wrong with a position, a texture coordinate or a normal; true if there is a colour behind it.
+fn check_point(kind: usize, rest: &str) -> Result<bool, SceneError> {
+    let (keyword, name) = KINDS[kind];
+    let mut count = 0;
+    for word in rest.split_whitespace() {
+        number(word, name)?;
+        count += 1;
+    }
+    let needed = if kind == 1 { 1 } else { 3 };
+    if count < needed {
+        let message = format!("`{keyword} {rest}` has {count} numbers");
         return Err(SceneError::invalid(message, format!("a {name} needs {needed}")));
     }
-    let coloured = kind == 0 && numbers.len() >= 6;
-    numbers.resize(written, 0.0);
-    out.push_str(keyword);
-    for x in numbers {
-        _ = write!(out, " {x:e}");
-    }
-    out.push('\n');
-    Ok(coloured)
+    Ok(kind == 0 && count >= 6)
 }
 
 /// A finite number of a statement.
@@ -181,119 +307,33 @@ pub(super) fn number(word: &str, what: &str) -> Result<f64, SceneError> {
     }
 }
 
-fn write_face(out: &mut String, rest: &str, total: Counts, so_far: Counts) -> Result<(), SceneError> {
-    let corners = rest.split_whitespace().count();
-    if corners < 3 {
-        return Err(SceneError::invalid(format!("the face `f {rest}` has {corners} corners"), "a face has at least 3"));
-    }
-    out.push('f');
-    for corner in rest.split_whitespace() {
-        let mut parts = corner.split('/');
-        let position = index(parts.next().unwrap_or(""), 0, total, so_far)?;
-        let Some(position) = position else {
-            return Err(SceneError::invalid(
-                format!("the corner `{corner}` names no vertex"),
-                "write v, v/vt, v//vn or v/vt/vn",
-            ));
-        };
-        let uv = index(parts.next().unwrap_or(""), 1, total, so_far)?;
-        let normal = index(parts.next().unwrap_or(""), 2, total, so_far)?;
-        if parts.next().is_some() {
-            return Err(SceneError::invalid(
-                format!("the corner `{corner}` has too many parts"),
-                "write v, v/vt, v//vn or v/vt/vn",
-            ));
-        }
-        // The first texture coordinate and the first normal written are the zeros that stand for none.
-        let [_, uvs, normals] = total.0;
-        let uv = if uvs > 0 { uv.map_or(1, |i| i + 1).to_string() } else { String::new() };
-        _ = match normals {
-            0 if uvs == 0 => write!(out, " {position}"),
-            0 => write!(out, " {position}/{uv}"),
-            _ => write!(out, " {position}/{uv}/{}", normal.map_or(1, |i| i + 1)),
-        };
-    }
-    out.push('\n');
-    Ok(())
-}
-
-/// The index counted from 1, `None` where there is none; negative ones count back from the last defined so far.
-fn index(word: &str, kind: usize, total: Counts, so_far: Counts) -> Result<Option<usize>, SceneError> {
-    if word.is_empty() {
-        return Ok(None);
-    }
-    let name = KINDS[kind].1;
-    let Ok(given) = word.parse::<i64>() else {
-        return Err(SceneError::invalid(format!("the {name} index `{word}` is not a whole number"), "give one"));
-    };
-    let absolute = if given < 0 { so_far.0[kind] as i64 + 1 + given } else { given };
-    if absolute < 1 || absolute > total.0[kind] as i64 {
-        let message = format!("there is no {name} {given}");
-        let mend = match total.0[kind] {
-            0 => format!("the file defines none; add `{}` lines or leave the index out", KINDS[kind].0),
-            n if given < 0 => {
-                format!("{} of {n} are defined before this line, so -{} is the lowest", so_far.0[kind], so_far.0[kind])
-            }
-            n => format!("the file defines {n}, counted from 1"),
-        };
-        return Err(SceneError::invalid(message, mend));
-    }
-    Ok(Some(absolute as usize))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn fault(text: &str) -> String {
-        match prepare(Path::new("a.obj"), text) {
-            Ok(_) => panic!("no error for {text:?}"),
-            Err(error) => error.to_string(),
-        }
+    #[test]
+    fn statements_are_whole_lines() {
+        let text = " v 1 # one\r\n\n#\\\nf 1 \\ \n 2\\\n# three\n 4\n\\\n \nend \\";
+        let found: Vec<_> = statements(text).map(|s| (s.at, s.line, s.text.into_owned())).collect();
+        let expected = [(0, 1, "v 1"), (16, 4, "f 1   2"), (35, 7, "4"), (42, 10, "end")];
+        assert_eq!(found, expected.map(|(at, line, text)| (at, line, text.to_owned())));
     }
 
     #[test]
-    fn errors_name_file_line_and_mend() {
-        let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
-        let cases = [
-            ("f 1 2 7", "a.obj:4: there is no vertex 7; the file defines 3, counted from 1"),
-            ("f 1 2 0", "a.obj:4: there is no vertex 0; the file defines 3, counted from 1"),
-            ("f 1 2 -4", "a.obj:4: there is no vertex -4; 3 of 3 are defined before this line, so -3 is the lowest"),
-            (
-                "f 1/1 2/1 3/1",
-                "a.obj:4: there is no texture coordinate 1; the file defines none; add `vt` lines or leave the index out",
-            ),
-            ("f 1//2 2//2 3//2\nvn 0 0 1", "a.obj:4: there is no normal 2; the file defines 1, counted from 1"),
-            ("f 1 2", "a.obj:4: the face `f 1 2` has 2 corners; a face has at least 3"),
-            ("f 1 2 x", "a.obj:4: the vertex index `x` is not a whole number; give one"),
-            (
-                "f 1 2 99999999999999999999",
-                "a.obj:4: the vertex index `99999999999999999999` is not a whole number; give one",
-            ),
-            ("f 1 2 3/1/1/1", "a.obj:4: there is no texture coordinate 1"),
-            ("f 1 2 /1", "a.obj:4: the corner `/1` names no vertex"),
-            ("v 0 NaN 0", "a.obj:4: a vertex holds `NaN`; give a finite number, at most 1e15 in magnitude"),
-            ("v 0 1e999 0", "a.obj:4: a vertex holds `1e999`; give a finite number"),
-            ("v 0 zero 0", "a.obj:4: a vertex holds `zero`; give a number"),
-            ("v 0 1", "a.obj:4: `v 0 1` has 2 numbers; a vertex needs 3"),
-            ("usemtl", "a.obj:4: `usemtl` names no material; add its name"),
-        ];
-        for (bad, expected) in cases {
-            let message = fault(&format!("{vertices}{bad}\n"));
-            assert!(message.starts_with(expected), "{bad}: {message}");
+    fn points_are_found_in_any_piece() {
+        let mut text = String::new();
+        for i in 0..40_000 {
+            text += &format!("v {i} 0 0 # {i}\nvt {i}\n{}", if i % 3 == 0 { "vn 0 \\\n 0 1\n" } else { "" });
         }
-    }
-
-    #[test]
-    fn the_dialect_is_plain() {
-        let text = "\tv 0 0 0 1 0 0 # red\nv 1 0 0\nv 0 1 \\\n 0\nvn 0 0 1\nf -3 -2//1 \\\n -1\nusemtl\ta b\nl 1 2\n";
-        let source = prepare(Path::new("a.obj"), text).unwrap();
-        let expected =
-            "vn 0 0 0\nv 0e0 0e0 0e0\nv 1e0 0e0 0e0\nv 0e0 1e0 0e0\nvn 0e0 0e0 1e0\nf 1//1 2//2 3//1\nusemtl a b\n";
-        assert_eq!(source.text, expected);
-        assert_eq!(source.materials["a b"], 8);
-        assert_eq!(source.ignored["l"], (9, 1));
-        assert_eq!(source.ignored["vertex colours"], (1, 1));
+        let source = check(Path::new("a.obj"), &text).unwrap();
+        assert!(source.pieces.len() > 3);
+        assert_eq!(source.total.points, [40_000, 40_000, 13_334]);
+        let mut out = String::new();
+        [1, 2, 3, 4, 5, 20_000, 40_000].iter().for_each(|&i| source.write_point(&mut out, 0, i));
+        [40_000, 0].iter().for_each(|&i| source.write_point(&mut out, 1, i));
+        source.write_point(&mut out, 2, 13_334);
+        let points = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nv 4 0 0\nv 19999 0 0\nv 39999 0 0\n";
+        assert_eq!(out, format!("{points}vt 39999 0\nvt 0 0\nvn 0 0 1\n"));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! A camera for a file that has none.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::translation::{self, Lines, Place};
@@ -90,10 +90,13 @@ struct Bounds {
 
 impl Bounds {
     fn of(meshes: &[&MeshData]) -> Self {
-        let corners =
-            || meshes.iter().flat_map(|mesh| mesh.triangles.iter().flatten().map(|&i| mesh.positions[i as usize]));
-        let far = DVec3::INFINITY;
-        Bounds { low: corners().fold(far, DVec3::min), high: corners().fold(-far, DVec3::max) }
+        let nothing = || Bounds { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
+        let join = |a: Self, b: Self| Bounds { low: a.low.min(b.low), high: a.high.max(b.high) };
+        let of = |mesh: &&MeshData| {
+            let corners = mesh.triangles.par_iter().flatten_iter().map(|&i| mesh.positions[i as usize]);
+            corners.fold(nothing, |all, p| join(all, Bounds { low: p, high: p })).reduce(nothing, join)
+        };
+        meshes.iter().map(of).fold(nothing(), join)
     }
 
     fn middle(&self) -> DVec3 {
@@ -128,23 +131,11 @@ fn inside(bounds: &Bounds, size: (u32, u32)) -> CameraSettings {
 }
 
 fn try_view(meshes: &[&MeshData], bounds: &Bounds, side: DVec3, up: DVec3) -> Seen {
-    let right = side.cross(up);
-    let origin = outside(bounds, side, up, (1, 1)).position;
     // A thin scene seen from its flat side has nothing behind its front.
     let thin = bounds.half(side) <= 0.02 * bounds.size();
     let wall = if thin { f64::NEG_INFINITY } else { 0.02 * bounds.size() };
-    let look = |i: usize| {
-        // Cell middles, but a little off, so that no ray runs along an edge or a diagonal.
-        let at = DVec2::new((i % GRID) as f64 + 0.47, (i / GRID) as f64 + 0.53) * (2.0 / GRID as f64) - 1.0;
-        let goal = bounds.middle()
-            + side * bounds.half(side)
-            + right * (bounds.half(right) * at.x)
-            + up * (bounds.half(up) * at.y);
-        first_hit(meshes, origin, goal - origin)
-    };
-    let found: Vec<Option<(DVec3, bool)>> = (0..GRID * GRID).into_par_iter().map(look).collect();
     let mut seen = Seen { hits: 0.0, walls: 0.0, backs: 0.0 };
-    for (hit, front) in found.into_iter().flatten() {
+    for (hit, front) in View::new(bounds, side, up).first_hits(meshes).into_iter().flatten() {
         let share = 1.0 / (GRID * GRID) as f64;
         seen.hits += share;
         let behind = bounds.half(side) - (hit - bounds.middle()).dot(side);
@@ -156,27 +147,87 @@ fn try_view(meshes: &[&MeshData], bounds: &Bounds, side: DVec3, up: DVec3) -> Se
     seen
 }
 
-/// The nearest point met, and whether its front was (Möller & Trumbore 1997).
-fn first_hit(meshes: &[&MeshData], o: DVec3, d: DVec3) -> Option<(DVec3, bool)> {
-    let mut nearest = (f64::INFINITY, false);
-    for mesh in meshes {
-        for triangle in &mesh.triangles {
-            let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
+/// A grid of rays from one point at a side of the bounds, which all of them lie before.
+struct View {
+    origin: DVec3,
+    /// To the right, up, and into the view.
+    axes: [DVec3; 3],
+    /// How far the rays of each column go to the right, and those of each row up, for each unit into the view.
+    slopes: [[f64; GRID]; 2],
+}
+
+/// Where a ray meets a triangle: its parameter, and whether it is the front.
+type Meeting = (f64, bool);
+
+impl View {
+    fn new(bounds: &Bounds, side: DVec3, up: DVec3) -> Self {
+        let right = side.cross(up);
+        let origin = outside(bounds, side, up, (1, 1)).position;
+        let distance = (origin - bounds.middle()).dot(side) - bounds.half(side);
+        // Cell middles, but a little off, so that no ray runs along an edge or a diagonal.
+        let slopes = |axis: DVec3, offset: f64| {
+            std::array::from_fn(|i| ((i as f64 + offset) * (2.0 / GRID as f64) - 1.0) * bounds.half(axis) / distance)
+        };
+        View { origin, axes: [right, up, -side], slopes: [slopes(right, 0.47), slopes(up, 0.53)] }
+    }
+
+    fn direction(&self, ray: usize) -> DVec3 {
+        let [right, up, into] = self.axes;
+        into + right * self.slopes[0][ray % GRID] + up * self.slopes[1][ray / GRID]
+    }
+
+    /// For each ray the nearest point met, and whether its front was.
+    fn first_hits(&self, meshes: &[&MeshData]) -> Vec<Option<(DVec3, bool)>> {
+        let nothing = || [(f64::INFINITY, false); GRID * GRID];
+        let nearer = |a: Meeting, b: Meeting| if b.0 < a.0 || (b.0 == a.0 && b.1) { b } else { a };
+        let mut all = nothing();
+        for mesh in meshes {
+            let found = mesh.triangles.par_chunks(1 << 12).map(|triangles| {
+                let mut nearest = nothing();
+                for triangle in triangles {
+                    self.meet(triangle.map(|i| mesh.positions[i as usize]), |ray, meeting| {
+                        nearest[ray] = nearer(nearest[ray], meeting);
+                    });
+                }
+                nearest
+            });
+            let join = |a: [Meeting; GRID * GRID], b: [Meeting; GRID * GRID]| {
+                std::array::from_fn(|ray| nearer(a[ray], b[ray]))
+            };
+            all = join(all, found.reduce(nothing, join));
+        }
+        let point =
+            |(ray, (t, front)): (usize, Meeting)| t.is_finite().then(|| (self.origin + self.direction(ray) * t, front));
+        all.into_iter().enumerate().map(point).collect()
+    }
+
+    /// Calls `visit` with the rays that meet a triangle (Möller & Trumbore 1997).
+    fn meet(&self, corners: [DVec3; 3], mut visit: impl FnMut(usize, Meeting)) {
+        let [a, b, c] = corners;
+        // Seen from the origin a triangle spans no more than its corners do.
+        let places = corners.map(|p| self.axes.map(|axis| (p - self.origin).dot(axis)));
+        let [columns, rows] = [0, 1].map(|axis| {
+            let slopes = places.map(|place| place[axis] / place[2]);
+            let low = slopes[0].min(slopes[1]).min(slopes[2]) - 1e-9;
+            let high = slopes[0].max(slopes[1]).max(slopes[2]) + 1e-9;
+            self.slopes[axis].partition_point(|&s| s < low)..self.slopes[axis].partition_point(|&s| s <= high)
+        });
+        for ray in rows.flat_map(|row| columns.clone().map(move |column| row * GRID + column)) {
+            let d = self.direction(ray);
             let (u, v) = (b - a, c - a);
             let across = d.cross(v);
             let determinant = u.dot(across);
-            let from = o - a;
+            let from = self.origin - a;
             let beta = from.dot(across) / determinant;
             let along = from.cross(u);
             let gamma = d.dot(along) / determinant;
             let t = v.dot(along) / determinant;
             // Written so that NaN, of a triangle without area, is a miss.
-            if beta >= 0.0 && gamma >= 0.0 && beta + gamma <= 1.0 && t > 0.0 && t < nearest.0 {
-                nearest = (t, determinant > 0.0);
+            if beta >= 0.0 && gamma >= 0.0 && beta + gamma <= 1.0 && t > 0.0 {
+                visit(ray, (t, determinant > 0.0));
             }
         }
     }
-    nearest.0.is_finite().then(|| (o + d * nearest.0, nearest.1))
 }
 
 #[cfg(test)]
@@ -229,5 +280,41 @@ mod tests {
         let camera = choose(&[&room(&[1])], true, (512, 256));
         let distance = camera.position.z - 1.0;
         assert!(distance * (FOV * 0.5).to_radians().tan() >= 1.0);
+    }
+
+    #[test]
+    fn every_ray_finds_its_nearest_triangle() {
+        // Triangles in disorder, of all sizes.
+        let number = |i: usize| (i as f64 * 0.754_877_666).fract() - 0.5;
+        let corner = |i: usize| {
+            let size = if i / 3 % 7 == 0 { 1.0 } else { 0.05 };
+            let middle = DVec3::new(number(i / 3), number(i / 3 * 31 + 1), 0.3 * number(i / 3 * 77 + 5));
+            middle + size * DVec3::new(number(i * 5), number(i * 13), number(i * 17))
+        };
+        let positions: Vec<DVec3> = (0..900).map(corner).collect();
+        let triangles = (0..300).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let mesh = MeshData { positions, triangles, ..MeshData::default() };
+        let bounds = Bounds::of(&[&mesh]);
+        for (side, up) in SIDES {
+            let view = View::new(&bounds, side, up);
+            let found = view.first_hits(&[&mesh]);
+            assert!(found.iter().flatten().count() > 10);
+            for (ray, hit) in found.into_iter().enumerate() {
+                let d = view.direction(ray);
+                let meets = |t: &[u32; 3]| {
+                    let [a, b, c] = t.map(|i| mesh.positions[i as usize] - view.origin);
+                    // The ray passes all edges on one side.
+                    let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| p.cross(q).dot(d));
+                    let inside = sides.iter().all(|s| *s > 0.0) || sides.iter().all(|s| *s < 0.0);
+                    let normal = (b - a).cross(c - a);
+                    inside.then(|| (a.dot(normal) / d.dot(normal), d.dot(normal) < 0.0))
+                };
+                let expected = mesh.triangles.iter().filter_map(meets).min_by(|a, b| a.0.total_cmp(&b.0));
+                assert_eq!(hit.is_some(), expected.is_some());
+                if let (Some((p, front)), Some((t, expected))) = (hit, expected) {
+                    assert!(p.distance(view.origin + d * t) < 1e-9 && front == expected);
+                }
+            }
+        }
     }
 }
