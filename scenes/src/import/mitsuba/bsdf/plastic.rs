@@ -7,7 +7,7 @@ use crate::import::mitsuba::index::relative_index;
 use crate::import::mitsuba::material::{Description, Value};
 use crate::import::mitsuba::plugin::Plugin;
 use crate::import::mitsuba::spectrum::Quantity::Reflectance;
-use crate::import::mitsuba::texture;
+use crate::import::mitsuba::texture::{self, Texture};
 use sampling::bsdf::{Beckmann, Coat, Ggx, Masking, Microfacets, Strays, diffuse_transmittance};
 
 /// A smooth coat. What it reflects within is a fit in Mitsuba, which we take over.
@@ -75,20 +75,31 @@ fn coated<'a>(
     let is_coloured = plugin.boolean("nonlinear")?.unwrap_or(false);
     plugin.skip(&["sample_visible", "specular_sampling_weight"]);
     let reflectance = within.theirs.min(within.most);
-    let brighter = (1.0 - reflectance) / (1.0 - within.theirs) - 1.0;
-    if brighter > 1e-3 {
-        let percent = 100.0 * brighter;
-        context.approximate(
-            place,
-            format!("Mitsuba's base is up to {percent:.1} % brighter: its coat sends back more than there is"),
-        );
-    }
+    // How much brighter their base is than one whose coat sends back no more than there is.
+    let brighter = (1.0 - reflectance) / (1.0 - within.theirs);
+    let made_up = albedo.constant().map(|albedo| {
+        albedo.map(|c| {
+            // ρ / (1 − ρ F̄) with their F̄ is ours of another ρ; without colours, ρ / (1 − F̄).
+            let reach = if is_coloured { c / (1.0 - c * within.theirs) } else { c / (1.0 - within.theirs) };
+            if is_coloured { reach / (1.0 + reach * reflectance) } else { reach * (1.0 - reflectance) }
+        })
+    });
+    let albedo = match made_up {
+        _ if brighter == 1.0 => albedo,
+        Some(colour) if colour.iter().all(|c| *c <= 1.0) => Texture::Constant(colour),
+        _ => {
+            let percent = 100.0 * (brighter - 1.0);
+            let text = format!("Mitsuba's base is {percent:.2} % brighter: its coat sends back more than there is");
+            context.approximate(place, text);
+            albedo
+        }
+    };
     let description = Description::new(model, place)
         .with("albedo", albedo)
         .with("eta", Value::Number(eta))
         .with("interreflection", Value::word(if is_coloured { "coloured" } else { "white" }))
         .with("internal_reflectance", Value::Number(f64::from(reflectance as f32)));
-    Ok(description.tinted(highlight, texture::Texture::grey(1.0), context))
+    Ok(description.tinted(highlight, Texture::grey(1.0), context))
 }
 
 /// The share of diffuse light that an interface of this index reflects, by the fits of Egan and Hilgeman (1973) for an index below 1

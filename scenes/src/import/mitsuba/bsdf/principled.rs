@@ -33,8 +33,10 @@ pub fn describe<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<De
     }
     let flatness = number("flatness", 0.0)?;
     if specular_tint.number() != Some(0.0) {
-        let text = "a `spec_tint` follows Fresnel's equations rather than Schlick's, and has a largest channel of 1 rather than a \
-                    luminance: the highlight may differ by half";
+        // Blue has the least luminance.
+        let gain = base_color.constant().map_or(1.0 / 0.072_169, largest_over_luminance);
+        let text =
+            format!("a `spec_tint` has a largest channel of 1: Mitsuba's highlight is up to {gain:.1} times as bright");
         context.approximate(place, text);
     }
     let (sheen, sheen_tint) = cloth([sheen, sheen_tint], &base_color, &glass, plugin, context);
@@ -64,6 +66,12 @@ fn index(plugin: &Plugin) -> Result<f64, SceneError> {
     })
 }
 
+/// The largest channel of a colour over its luminance.
+fn largest_over_luminance([r, g, b]: [f64; 3]) -> f64 {
+    let luminance = 0.212_671 * r + 0.715_160 * g + 0.072_169 * b;
+    if luminance > 0.0 { r.max(g).max(b) / luminance } else { 1.0 }
+}
+
 /// Sheen and its tint. Mitsuba's tint has a luminance of 1, ours a largest channel of 1; and its sheen stays where there is glass. So
 /// theirs is s (1 − u + u k h) with the hue h and its largest channel over its luminance, k: ours with other s and u.
 fn cloth<'a>(
@@ -79,9 +87,8 @@ fn cloth<'a>(
     let numbers = (sheen.number(), tint.number(), glass.number());
     let known = match (numbers, base_color.constant()) {
         ((Some(sheen), Some(0.0), Some(glass)), _) => Some((sheen, 0.0, glass)),
-        ((Some(sheen), Some(tint), Some(glass)), Some([r, g, b])) => {
-            let luminance = 0.212_671 * r + 0.715_160 * g + 0.072_169 * b;
-            let gain = if luminance > 0.0 { r.max(g).max(b) / luminance } else { 1.0 };
+        ((Some(sheen), Some(tint), Some(glass)), Some(base)) => {
+            let gain = largest_over_luminance(base);
             Some((sheen * (1.0 - tint + gain * tint), gain * tint / (1.0 - tint + gain * tint), glass))
         }
         _ => None,

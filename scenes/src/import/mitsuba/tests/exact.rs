@@ -64,9 +64,6 @@ fn values_are_mitsubas() {
             for (ours, theirs) in ours.into_iter().zip(theirs) {
                 largest = largest.max((ours - theirs).abs() / theirs.abs().max(1e-6));
             }
-            if std::env::var("NEUMANN_SHOW").is_ok() {
-                println!("{ours:?} {theirs:?}");
-            }
         }
         println!("{largest:.2e} of {slack:.2e}: {bsdf}");
         if largest > slack {
