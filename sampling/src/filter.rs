@@ -117,9 +117,9 @@ const GAUSSIAN_END: f32 = 0.011_108_997;
 const GAUSSIAN_SCALE: f32 = 0.821_960_5;
 
 /// exp(−2 · 2²).
-const GAUSSIAN_FULL_END: f32 = 3.3546262790e-04;
+const GAUSSIAN_FULL_END: f32 = 3.354_626_2e-4;
 /// The same over \[−2, 2\]: 1 / (√(π/2) erf(2 √2) − 4 exp(−8)).
-const GAUSSIAN_FULL_SCALE: f32 = 0.798790377;
+const GAUSSIAN_FULL_SCALE: f32 = 0.798_790_4;
 
 /// The density 1 − |x| at the place where its integral is u.
 #[inline]

@@ -303,7 +303,10 @@ pub fn layered<'a>(
         kind => {
             context.approximate(
                 place,
-                format!("a `{kind}` tilts one face of a tiny groove, so that no light is lost or leaks"),
+                format!(
+                    "a `{kind}` tilts one face of a tiny groove, so that no light is lost or leaks: slopes show less, and where they \
+                     are 10 degrees what is matte is 0.79 to 1.38 times as bright, at 30 degrees 0.54 to 10 times"
+                ),
             );
             let named = ["normalmap", "texture", "bumpmap"]
                 .into_iter()

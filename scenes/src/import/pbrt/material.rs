@@ -198,7 +198,8 @@ fn relief(parameters: &Parameters, context: &mut Context) -> Result<Option<(&'st
     if matches!(parameters.kind.as_str(), "" | "none" | "interface" | "null") {
         return Ok(None);
     }
-    let tilted = "a map tilts one face of a tiny groove, so that no light is lost or leaks";
+    let tilted = "a map tilts one face of a tiny groove, so that no light is lost or leaks: slopes show less, and where they are \
+                  10 degrees what is matte is 0.79 to 1.38 times as bright, at 30 degrees 0.54 to 10 times";
     if let Some(name) = parameters.text("normalmap")? {
         let place = parameters.place_of("normalmap").clone();
         context.approximate(&place, tilted);
