@@ -21,6 +21,8 @@ pub enum Filter {
     Triangle,
     /// A Gaussian of standard deviation ½, less its value at radius 1.5, where it ends.
     Gaussian,
+    /// A Gaussian of standard deviation ½, less its value at radius 2, where it ends.
+    GaussianFull,
     /// The cubic of `[Mitchell88]` with B = C = ⅓ and radius 2; it has negative lobes.
     Mitchell,
     /// The window of `[Harris78]` with four terms, of radius 1.5.
@@ -42,7 +44,8 @@ const PIECES: usize = 256;
 
 impl Filter {
     /// Every filter.
-    pub const ALL: &[Self] = &[Self::Box, Self::Triangle, Self::Gaussian, Self::Mitchell, Self::BlackmanHarris];
+    pub const ALL: &[Self] =
+        &[Self::Box, Self::Triangle, Self::Gaussian, Self::GaussianFull, Self::Mitchell, Self::BlackmanHarris];
 
     /// Where it ends, in x and in y \[pixels\].
     #[inline]
@@ -51,7 +54,7 @@ impl Filter {
             Self::Box => 0.5,
             Self::Triangle => 1.0,
             Self::Gaussian | Self::BlackmanHarris => 1.5,
-            Self::Mitchell => 2.0,
+            Self::GaussianFull | Self::Mitchell => 2.0,
         }
     }
 
@@ -72,6 +75,7 @@ impl Filter {
             Self::Box => 1.0,
             Self::Triangle => 1.0 - x,
             Self::Gaussian => GAUSSIAN_SCALE * ((-2.0 * x * x).exp() - GAUSSIAN_END),
+            Self::GaussianFull => GAUSSIAN_FULL_SCALE * ((-2.0 * x * x).exp() - GAUSSIAN_FULL_END),
             Self::Mitchell => mitchell(x),
             Self::BlackmanHarris => blackman_harris(x / radius) / radius,
         }
@@ -112,6 +116,11 @@ const GAUSSIAN_END: f32 = 0.011_108_997;
 /// 1 / ∫ (exp(−2x²) − exp(−4.5)) dx over \[−1.5, 1.5\] = 1 / (√(π/2) erf(1.5 √2) − 3 exp(−4.5)).
 const GAUSSIAN_SCALE: f32 = 0.821_960_5;
 
+/// exp(−2 · 2²).
+const GAUSSIAN_FULL_END: f32 = 3.354_626_2e-4;
+/// The same over \[−2, 2\]: 1 / (√(π/2) erf(2 √2) − 4 exp(−8)).
+const GAUSSIAN_FULL_SCALE: f32 = 0.798_790_4;
+
 /// The density 1 − |x| at the place where its integral is u.
 #[inline]
 fn tent(u: f32) -> f32 {
@@ -140,6 +149,7 @@ impl fmt::Display for Filter {
             Self::Box => "box",
             Self::Triangle => "triangle",
             Self::Gaussian => "gaussian",
+            Self::GaussianFull => "gaussian_full",
             Self::Mitchell => "mitchell",
             Self::BlackmanHarris => "blackman_harris",
         })

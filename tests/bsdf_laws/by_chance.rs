@@ -2,7 +2,7 @@
 
 use super::quadrature::Cells;
 use super::{Draws, direction, is_resolved, listed};
-use sampling::bsdf::{Bsdf, BsdfSample, TransportMode};
+use sampling::bsdf::{Bsdf, BsdfSample, Lobes, TransportMode};
 use sampling::moments::Moments;
 use sampling::{Vec2, Vec3};
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
@@ -39,8 +39,14 @@ impl Trial {
         let mode = TransportMode::Radiance;
         let (mut pilots, mut draws) = (Draws::new("pilot"), Draws::new("chi2"));
         let sample = |(uc, u): (f32, Vec2)| model.sample(wo, uc, u, mode);
-        let pilots = (0..PILOTS).filter_map(|i| sample(pilots.at(case, i)));
-        let cells = Cells::by_samples(pilots.filter(|s| !s.lobe.is_delta()).map(|s| s.wi), 6);
+        // A narrow lobe beside a diffuse one gets its share of cells: most diffuse pilots are left out.
+        let glossy = Lobes::GLOSSY_REFLECTION | Lobes::GLOSSY_TRANSMISSION;
+        let diffuse = Lobes::DIFFUSE_REFLECTION | Lobes::DIFFUSE_TRANSMISSION;
+        let both = model.lobes().intersects(diffuse) && model.lobes().intersects(glossy);
+        let crowd = if both { 4 } else { 1 };
+        let pilots = (0..crowd * PILOTS).filter_map(|i| Some((i, sample(pilots.at(case, i))?)));
+        let pilots = pilots.filter(|(i, s)| !s.lobe.is_delta() && (i % crowd == 0 || glossy.contains(s.lobe)));
+        let cells = Cells::by_samples(pilots.map(|(_, s)| s.wi), 6);
         let mut counts = vec![0_u32; cells.len()];
         // Delta lobes with their counts, in the order in which they turn up.
         let (mut delta, mut none) = (Vec::<(BsdfSample, u32)>::new(), 0_u32);

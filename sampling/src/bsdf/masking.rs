@@ -3,9 +3,12 @@
 /// Whether what hides a facet from one of two directions tells of the other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Masking {
-    /// By the height of the facet, which is the same for both: G₂ = 1 / (1 + Λ(wo) + Λ(wi)) [Heitz14, (99)].
+    /// By the height of the facet, which is the same for both: G₂ = 1 / (1 + Λ(wo) + Λ(wi)) [Heitz14, (99)]. From the two sides of a
+    /// surface heights count from opposite ends, and directions are taken apart.
     #[default]
     Correlated,
+    /// The same, with that formula for the two sides of a surface as well, as pbrt has it.
+    CorrelatedThroughout,
     /// Not at all: G₂ = G₁(wo) G₁(wi) [Smith67; Walter07, (23)]. It is never the larger of the two.
     Separable,
 }
@@ -16,8 +19,17 @@ impl Masking {
     pub(super) fn joint_area(self, cos_o: f32, area_o: f32, cos_i: f32, area_i: f32) -> f32 {
         match self {
             // σ ≥ cos, so what is subtracted is never more than either of the others.
-            Self::Correlated => area_o * cos_i + (area_i - cos_i) * cos_o,
+            Self::Correlated | Self::CorrelatedThroughout => area_o * cos_i + (area_i - cos_i) * cos_o,
             Self::Separable => area_o * area_i,
+        }
+    }
+
+    /// The same where the directions are on the two sides of the surface.
+    #[inline(always)]
+    pub(super) fn joint_area_through(self, cos_o: f32, area_o: f32, cos_i: f32, area_i: f32) -> f32 {
+        match self {
+            Self::CorrelatedThroughout => self.joint_area(cos_o, area_o, cos_i, area_i),
+            Self::Correlated | Self::Separable => area_o * area_i,
         }
     }
 }

@@ -57,6 +57,7 @@ impl MissingEnergy {
         let hiding = match masking {
             Masking::Correlated => 0.0,
             Masking::Separable => 1.0,
+            Masking::CorrelatedThroughout => 2.0,
         };
         let key = [kind, facets.alphas().x, gamma, hiding, eta.unwrap_or(0.0)];
         TABLES.get(key, || Self::new(facets, masking, eta))
@@ -224,21 +225,27 @@ impl<'f> Albedo<'f> {
                 )
             }
         };
+        // As `Masking::joint_area` and the other.
+        let together = |cos_i: f64, area_i: f64| self.area * cos_i + (area_i - cos_i) * self.cos;
         let mut sum = 0.0;
         let wi = leaving(2.0 * o_m, 1.0);
         if wi[2] > 0.0 {
             let area_i = area_of(wi);
-            // As `Masking::joint_area`.
             let joint = match self.masking {
-                Masking::Correlated => self.area * wi[2] + (area_i - wi[2]) * self.cos,
                 Masking::Separable => self.area * area_i,
+                Masking::Correlated | Masking::CorrelatedThroughout => together(wi[2], area_i),
             };
             sum += reflected * wi[2] / joint;
         }
         if let Some((transmitted, i_m, eta)) = refracted {
             let wi = leaving(o_m / eta - i_m, 1.0 / eta);
             if transmitted > 0.0 && wi[2] < 0.0 {
-                sum += transmitted * -wi[2] / (self.area * area_of(wi));
+                let area_i = area_of(wi);
+                let joint = match self.masking {
+                    Masking::CorrelatedThroughout => together(-wi[2], area_i),
+                    Masking::Correlated | Masking::Separable => self.area * area_i,
+                };
+                sum += transmitted * -wi[2] / joint;
             }
         }
         density * sum * o_m / m_z

@@ -13,6 +13,7 @@ mod beckmann;
 mod blinn_normals;
 mod blinn_phong;
 mod blinn_torrance;
+mod coated_base;
 mod conductor;
 mod cook_torrance;
 mod delta;
@@ -49,6 +50,7 @@ mod roughness;
 mod shifted_gamma;
 mod table;
 mod thin_glass;
+mod tinted;
 mod v_cavities;
 mod ward;
 
@@ -56,6 +58,7 @@ pub use ashikhmin_shirley::AshikhminShirley;
 pub use beckmann::Beckmann;
 pub use blinn_phong::BlinnPhong;
 pub use blinn_torrance::BlinnTorrance;
+pub use coated_base::{Interreflection, Within};
 pub use conductor::Conductor;
 pub use cook_torrance::CookTorrance;
 pub use dielectric::Dielectric;
@@ -81,10 +84,12 @@ pub use principled::{Principled, PrincipledSettings};
 pub use rough_conductor::RoughConductor;
 pub use rough_dielectric::RoughDielectric;
 pub use rough_plastic::RoughPlastic;
+pub use rough_plastic::coat::{Coat, Strays};
 pub use shifted_gamma::ShiftedGamma;
 use table::{Recalled, Tables};
 pub use table::{Shared, Table};
 pub use thin_glass::ThinGlass;
+pub use tinted::Tinted;
 pub use ward::Ward;
 
 use crate::fault;
@@ -362,6 +367,8 @@ models! {
     Principled,
     /// A blend of two models.
     Mix,
+    /// A model whose mirror images and highlights are coloured.
+    Tinted,
     /// A measured isotropic reflectance.
     Merl,
     /// Rough diffuse reflection.

@@ -1,9 +1,10 @@
 //! A smooth clear coat over a diffuse base.
 
+use super::coated_base::{Base, Within};
 use super::fresnel::{DielectricFresnel, diffuse_transmittance, fresnel_dielectric};
 use super::{Arguments, Bsdf, BsdfModel, BsdfSample, Lambert, Lobes, Misfit, Parameter, Preset, TransportMode};
 use crate::math::{Spectrum, same_hemisphere};
-use crate::warp::{INV_PI, cosine_hemisphere, cosine_hemisphere_pdf};
+use crate::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 use glam::{Vec2, Vec3, vec3};
 
 /// A delta lobe of reflection by the coat, and f_d = T(o) T(i) ρ / (π η² (1 − ρ F̄)) of the base beneath it [Ashikhmin00;
@@ -13,55 +14,26 @@ use glam::{Vec2, Vec3, vec3};
 /// onto it, again and again: the geometric series 1 / (1 − ρ F̄), which makes colours deeper where ρ is low. With
 /// T̄ = η² (1 − F̄), the transmittance for diffuse light from outside, the albedo is F(o) + T(o) ρ T̄ / (η² (1 − ρ F̄)): all
 /// light is accounted for, and none is lost where ρ = 1. The coat absorbs nothing, and has no thickness by which light
-/// would leave elsewhere.
+/// would leave elsewhere. Light within may go on otherwise, as other programs have it: see [`Within`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plastic {
     eta: f32,
     base: Base,
 }
 
-/// A diffuse base under an interface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Base {
-    /// ρ / (η² (1 − ρ F̄)).
-    reach: Spectrum,
-    /// The largest channel of the albedo for light that is inside the coat, ρ T̄ / (η² (1 − ρ F̄)).
-    albedo: f32,
-}
-
-impl Base {
-    /// A base of albedo ρ under an interface of index `eta` whose transmittance for diffuse light from outside is T̄.
-    #[inline]
-    pub(super) fn new(albedo: Spectrum, eta: f32, transmittance: f32) -> Self {
-        // 1 − ρ F̄ = (1 − ρ) + ρ (1 − F̄), where 1 − F̄ = T̄ / η², loses no digit as ρ and F̄ approach 1.
-        let eta2 = eta * eta;
-        let reach = albedo / ((Spectrum::ONE - albedo) * eta2 + albedo * transmittance);
-        Self { reach, albedo: reach.max_component() * transmittance }
-    }
-
-    /// f_d, given the transmittances for the two directions.
-    #[inline]
-    pub(super) fn value(&self, t_o: f32, t_i: f32) -> Spectrum {
-        self.reach * (t_o * t_i * INV_PI)
-    }
-
-    /// What the base sends back, at most, of the light that the coat lets in, T(o).
-    #[inline]
-    pub(super) fn share(&self, t_o: f32) -> f32 {
-        t_o * self.albedo
-    }
-
-    /// Whether it reflects nothing.
-    #[inline]
-    pub(super) fn is_black(&self) -> bool {
-        self.albedo == 0.0
-    }
-}
-
 impl Plastic {
     /// A base of this albedo in [0, 1] under a coat of index `eta` > 0 relative to the medium around it.
     pub fn new(albedo: Spectrum, eta: f32) -> Self {
-        Self { eta, base: Base::new(albedo, eta, diffuse_transmittance(eta)) }
+        Self::reflecting_within(albedo, eta, Within::default()).expect("nothing is said that could be wrong")
+    }
+
+    /// The same with something else than usual going on within the coat.
+    ///
+    /// # Errors
+    ///
+    /// The coat would send back more than there is.
+    pub fn reflecting_within(albedo: Spectrum, eta: f32, within: Within) -> Result<Self, Misfit> {
+        Ok(Self { eta, base: Base::new(albedo, eta, diffuse_transmittance(eta), within)? })
     }
 
     #[inline]
@@ -102,12 +74,14 @@ impl BsdfModel for Plastic {
     const PARAMETERS: &'static [Parameter] = &[
         Parameter::colour("albedo", "share of light that the base reflects", 0.0, 1.0, Preset::Number(0.5)),
         Parameter::INDEX,
+        Parameter::INTERREFLECTION,
+        Parameter::INTERNAL_REFLECTANCE,
     ];
 
     fn from_arguments(arguments: &Arguments) -> Result<Bsdf, Misfit> {
-        let [albedo, eta] = arguments.all();
-        let (albedo, eta) = (albedo.colour(), eta.number());
-        Ok(if eta == 1.0 { Lambert { albedo }.into() } else { Self::new(albedo, eta).into() })
+        let [albedo, eta, interreflection, reflectance] = arguments.all();
+        let (albedo, eta, within) = (albedo.colour(), eta.number(), Within::of([interreflection, reflectance]));
+        Ok(if eta == 1.0 { Lambert { albedo }.into() } else { Self::reflecting_within(albedo, eta, within)?.into() })
     }
 
     #[inline]
@@ -151,7 +125,7 @@ impl BsdfModel for Plastic {
             return None;
         }
         let wi = up.with_z(up.z.copysign(wo.z));
-        let weight = self.base.reach * (self.fresnel(wi).transmitted * whole / self.base.albedo);
+        let weight = self.base.weight(self.fresnel(wi).transmitted) * whole;
         Some(BsdfSample { wi, weight, pdf, lobe: Lobes::DIFFUSE_REFLECTION, eta: 1.0 })
     }
 
@@ -180,6 +154,9 @@ impl BsdfModel for Plastic {
             Self::new(Spectrum::new(0.9, 0.5, 0.0), 1.0 / 1.33),
             Self::new(Spectrum::splat(0.8), 2.4),
             Self::new(Spectrum::splat(0.8), 1.0),
+            Self::reflecting_within(Spectrum::new(1.0, 0.5, 0.1), 1.5, Within::as_if_white(None)).expect("a model"),
+            Self::reflecting_within(Spectrum::new(1.0, 0.5, 0.1), 1.5, Within::as_if_white(Some(0.5)))
+                .expect("a model"),
         ]
     }
 }
@@ -187,6 +164,20 @@ impl BsdfModel for Plastic {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_coat_sends_back_no_more_than_there_is() {
+        let kept = 1.0 - diffuse_transmittance(1.5) / 2.25;
+        let with = |reflectance: f32| {
+            Plastic::reflecting_within(
+                Spectrum::ONE,
+                1.5,
+                Within { reflectance: Some(reflectance), ..Within::default() },
+            )
+        };
+        assert_eq!(with(kept), Ok(Plastic::new(Spectrum::ONE, 1.5)));
+        assert!(with(kept + 1e-4).is_err());
+    }
 
     #[test]
     fn a_white_base_loses_nothing() {

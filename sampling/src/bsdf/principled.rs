@@ -3,14 +3,14 @@
 mod lobes;
 mod settings;
 
-pub use settings::PrincipledSettings;
+pub use settings::{ClearcoatMasking, PrincipledSettings};
 
-use lobes::{clearcoat_span, gtr1, sample_gtr1};
+use lobes::{gtr1, sample_gtr1};
 
 use super::fresnel::schlick;
 use super::half::Half;
 use super::{
-    Arguments, Bsdf, BsdfModel, BsdfSample, Ggx, Lobes, Misfit, Parameter, RoughDielectric, TransportMode,
+    Arguments, Bsdf, BsdfModel, BsdfSample, Ggx, Lobes, Masking, Misfit, Parameter, RoughDielectric, TransportMode,
     fresnel_dielectric, survival_of,
 };
 use crate::math::{Spectrum, reflect, same_hemisphere};
@@ -22,14 +22,14 @@ use glam::{Vec2, Vec3};
 ///
 /// With m the metallic share, t the share of glass and g = (1 − m) t, from outside
 ///
-/// f_s = (1 − m)(1 − t) f_diffuse + (1 − g) f_specular + g f_glass + ¼ clearcoat f_clearcoat,
+/// f_s = (1 − m)(1 − t) (f_diffuse + f_dielectric) + m f_metal + g f_glass + ¼ clearcoat f_clearcoat,
 ///
 /// and from inside g f_glass alone; without glass the model is two-sided. Glass is [`RoughDielectric`], its transmission
 /// coloured by √base_color; refraction takes one colour at the way in and one at the way out.
 ///
 /// Departures. The dielectric share of the specular lobe has Fresnel's equations for `eta`, not Schlick's approximation (of
-/// the index, eta = 2 / (1 − √(0.08 specular)) − 1 is 2012's `specular`). Masking has the lobe's own α, not a remapped one, and
-/// heights are correlated. Tints are scaled to a largest channel of 1, not to a luminance of 1, which would make channels of
+/// the index, eta = 2 / (1 − √(0.08 specular)) − 1 is 2012's `specular`). Masking has the lobe's own α, not a remapped one, and is
+/// of either kind ([`Masking`]). Tints are scaled to a largest channel of 1, not to a luminance of 1, which would make channels of
 /// saturated colours exceed 1. α is at least [`Ggx::MIN_ALPHA`], whatever the roughness, 0 included.
 ///
 /// The lobes are added, not layered, and retro-reflection and sheen are added energy: see [`MAX_ALBEDO`](BsdfModel::MAX_ALBEDO).
@@ -55,6 +55,8 @@ pub struct Principled {
     glass: f32,
     eta: f32,
     ggx: Ggx,
+    masking: Masking,
+    clearcoat_masking: ClearcoatMasking,
 }
 
 /// The values of a pair of directions, and the density.
@@ -99,13 +101,15 @@ impl Principled {
             glass: (1.0 - metallic) * settings.spec_trans,
             eta,
             ggx: Ggx::new(alpha(1.0 / aspect), alpha(aspect)),
+            masking: settings.masking,
+            clearcoat_masking: settings.clearcoat_masking,
         }
     }
 
     /// The interface of the glass.
     #[inline]
     fn interface(&self) -> RoughDielectric {
-        RoughDielectric::with_facets(self.eta, self.ggx.into())
+        RoughDielectric::with_facets(self.eta, self.ggx.into()).masked(self.masking)
     }
 
     /// Whether light at `wo` is inside the glass.
@@ -142,33 +146,31 @@ impl Principled {
         self.base_color * (INV_PI * (retro + self.subsurface * (subsurface - retro))) + self.sheen * schlick(cos_d)
     }
 
-    /// F of the specular lobe, given F of an untinted dielectric.
+    /// F of the specular lobe without glass, given F of an untinted dielectric.
     #[inline]
     fn specular_fresnel(&self, cos_d: f32, dielectric: f32) -> Spectrum {
         let rising = |f0: Spectrum, x: f32| f0 + (Spectrum::ONE - f0) * x;
         // How far F has risen from F₀ to 1; of a high index it first falls.
         let risen = (dielectric - self.f0) / (1.0 - self.f0);
         let tinted = rising(self.tint * self.f0, risen).max(Spectrum::ZERO);
-        rising(self.base_color, schlick(cos_d)) * self.metallic + tinted * (1.0 - self.metallic)
+        rising(self.base_color, schlick(cos_d)) * self.metallic + tinted * self.diffuse
     }
 
     /// Reflection outside, of directions above the surface with the half vector `m`.
     #[inline]
     fn reflection(&self, wo: Vec3, wi: Vec3, m: Vec3, o_m: f32) -> Values {
-        let (span_o, span_i) = (self.ggx.span(wo), self.ggx.span(wi));
+        let (area_o, area_i) = (self.ggx.area(wo), self.ggx.area(wi));
         let d = self.ggx.d(m);
-        let facets = 0.5 * d / (span_o * wi.z + span_i * wo.z);
-        let visible = 0.25 * Ggx::g1_over_cos(wo.z, span_o) * d;
+        let facets = 0.25 * d / self.masking.joint_area(wo.z, area_o, wi.z, area_i);
+        let visible = 0.25 * d / area_o;
         let cos_d = o_m.min(1.0);
         let dielectric = fresnel_dielectric(cos_d, self.eta).reflected;
         let choice = self.choice(wo.z);
-        let mut glossy = (self.specular_fresnel(cos_d, dielectric) * (1.0 - self.glass)
-            + Spectrum::splat(self.glass * dielectric))
-            * facets;
+        let mut glossy = (self.specular_fresnel(cos_d, dielectric) + Spectrum::splat(self.glass * dielectric)) * facets;
         let mut pdf = visible * (choice.specular + choice.glass * dielectric);
         if self.clearcoat > 0.0 {
             let d = gtr1(self.clearcoat_alpha, m);
-            let masking = 1.0 / ((wo.z + clearcoat_span(wo)) * (wi.z + clearcoat_span(wi)));
+            let masking = self.clearcoat_masking.value(wo, wi);
             glossy += Spectrum::splat(self.clearcoat * (0.04 + 0.96 * schlick(cos_d)) * d * masking);
             pdf += choice.clearcoat * d * m.z / (4.0 * o_m);
         }
@@ -361,6 +363,14 @@ impl BsdfModel for Principled {
                 clearcoat: 0.5,
                 clearcoat_gloss: 0.0,
                 ..usual
+            }),
+            Self::new(PrincipledSettings {
+                metallic: 0.5,
+                spec_trans: 1.0,
+                clearcoat: 1.0,
+                masking: Masking::Separable,
+                clearcoat_masking: ClearcoatMasking::Shadows,
+                ..white
             }),
             // Of so high an index F falls from 0.67 to 0.48 before it rises.
             Self::new(PrincipledSettings { eta: 10.0, roughness: 0.5, ..usual }),

@@ -19,7 +19,7 @@ use std::f32::consts::PI;
 /// Reflection `[Walter07]` and refraction [Walter07, (21)] by facets, chosen by Fresnel's equations at the facet.
 ///
 /// D is any of [`Microfacets`]; visible normals are sampled, or nearly so ([`ShiftedGamma`]). G₂ of a reflection is Smith's,
-/// with either [`Masking`]; the two sides of a refraction are always taken as independent, G₁ G₁ [Walter07, (23)]. Light
+/// with any [`Masking`], which says as well whether the two sides of a refraction are independent, G₁ G₁ [Walter07, (23)]. Light
 /// scattered more than once among the facets is lost, or [compensated](Self::compensated).
 ///
 /// What is refracted spreads over some |η − 1| α, and directions in `f32` resolve 10⁻⁶: below, value and density at a direction are
@@ -165,7 +165,7 @@ impl RoughDielectric {
         let transmitted = fresnel_dielectric(thin, index).transmitted;
         // dm/dwi = η² |wi·m| / |h|² [Walter07, (17)].
         let common = transmitted * facets.d(m) * o_m * i_m * (eta * eta / length2);
-        let f = common / (area_o * area_i) * mode.transmission_scale(eta);
+        let f = common / self.masking.joint_area_through(wo.z, area_o, -wi.z, area_i) * mode.transmission_scale(eta);
         Some((f, common / facets.sampled_area(wo, area_o, o_m, m), Lobes::GLOSSY_TRANSMISSION))
     }
 
@@ -206,7 +206,8 @@ impl RoughDielectric {
         // |h| = |wo·m − η |wi·m||, which by Snell's law is |η² − 1| / (wo·m + η |wi·m|).
         let length = (eta - 1.0) * (eta + 1.0) / (o_m + eta * i_m);
         let pdf = transmitted * visible * o_m * i_m * (eta * eta / (length * length));
-        let shadowing = -wi.z * sampled / (area_o * facets.area(wi));
+        let joint = self.masking.joint_area_through(wo.z, area_o, -wi.z, facets.area(wi));
+        let shadowing = -wi.z * sampled / joint;
         let weight = Spectrum::splat(shadowing * mode.transmission_scale(eta));
         Some(BsdfSample { wi, weight, pdf, lobe: Lobes::GLOSSY_TRANSMISSION, eta })
     }
@@ -332,6 +333,8 @@ impl BsdfModel for RoughDielectric {
             Self::new(1.5, 0.5, 0.2).masked(Masking::Separable),
             Self::with_facets(1.0 / 1.5, Beckmann::new(0.4, 0.4).into()).masked(Masking::Separable),
             Self::new(1.5, 0.5, 0.5).masked(Masking::Separable).compensated(),
+            Self::new(1.5, 0.6, 0.3).masked(Masking::CorrelatedThroughout),
+            Self::new(1.5, 0.5, 0.5).masked(Masking::CorrelatedThroughout).compensated(),
         ]
     }
 }
@@ -361,6 +364,7 @@ mod tests {
             (1.0 / 1.5, Masking::Correlated),
             (2.4, Masking::Correlated),
             (1.5, Masking::Separable),
+            (1.5, Masking::CorrelatedThroughout),
         ];
         for (eta, masking) in cases {
             for alpha in [0.3, 1.0] {

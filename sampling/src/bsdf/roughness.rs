@@ -42,8 +42,8 @@ impl Parameter {
     /// How facets hide one another.
     pub const MASKING: Self = Self::choice(
         "masking",
-        "how facets hide one another from two directions: by their common height, or from each by itself",
-        &["correlated", "separable"],
+        "how facets hide one another from two directions: by their common height (also through the surface), or from each by itself",
+        &["correlated", "separable", "correlated_throughout"],
     );
     /// What becomes of light that facets scatter to one another.
     pub const MULTIPLE_SCATTERING: Self = Self::choice(
@@ -117,7 +117,7 @@ pub fn microfacets([distribution, gamma, a, b, c, d]: [Argument; 6]) -> Result<O
 
 /// How facets hide one another, from [`Parameter::MASKING`].
 pub fn masking(argument: Argument) -> Masking {
-    [Masking::Correlated, Masking::Separable][argument.choice()]
+    [Masking::Correlated, Masking::Separable, Masking::CorrelatedThroughout][argument.choice()]
 }
 
 /// Whether [`Parameter::MULTIPLE_SCATTERING`] is to be compensated.

@@ -153,8 +153,11 @@ impl<'a, 'f> Reader<'a, 'f> {
                 arguments.set(place, Argument::Model(bsdf.kept()));
             }
             Scattering::new(model, arguments, textures).map_err(|misfit| misfit_error(table, &misfit))?
-        } else {
+        } else if model.name == "mix" {
             blend(parts, textures, &arguments)
+        } else {
+            let value = table.get("of").expect("a part of anything but a mix is what it is of");
+            return Err(value.error("it must be the name of a material of which no texture gives a parameter"));
         };
         let (relief, opacity) = (self.relief(table)?, self.opacity(table)?);
         match scattering {
@@ -356,7 +359,7 @@ fn blend(parts: Vec<(usize, Scattering)>, textures: Vec<(usize, Texture)>, argum
         None => amount.number().into(),
     };
     let parts: Vec<Scattering> = parts.into_iter().map(|(_, part)| part).collect();
-    let parts = parts.try_into().expect("a mix has two parts, and nothing else has any");
+    let parts = parts.try_into().expect("a mix has two parts");
     Scattering::Blend(Box::new(Blend { parts, amount }))
 }
 

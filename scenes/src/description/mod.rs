@@ -11,7 +11,7 @@
 //! fov = 40                # degrees along the shorter side of the image; default 40
 //! width = 256             # default 256, as is height
 //! height = 256
-//! filter = "box"          # default; or triangle, gaussian, mitchell, blackman_harris
+//! filter = "box"          # default; or triangle, gaussian, gaussian_full, mitchell, blackman_harris
 //! # type = "pinhole"      # default; or thin_lens, orthographic, equirectangular, irradiance, each with keys of its own
 //! [materials.white]
 //! type = "lambert"        # the name of a model, as `neumann list bsdfs` has them

@@ -1,5 +1,6 @@
 //! The parts of Disney's principled model that no other model has.
 
+use super::ClearcoatMasking;
 use crate::math::elementary::{exp_m1, ln};
 use crate::warp::sin_cos_turns;
 use glam::{Vec2, Vec3, vec3};
@@ -25,8 +26,20 @@ pub fn sample_gtr1(alpha: f32, u: Vec2) -> Vec3 {
     vec3(sin * cos_phi, sin * sin_phi, (1.0 - sin2).sqrt())
 }
 
+impl ClearcoatMasking {
+    /// G of α = 0.25, over 4 |cos θ_o| |cos θ_i| or not.
+    #[inline]
+    pub fn value(self, wo: Vec3, wi: Vec3) -> f32 {
+        let over_cosines = 1.0 / ((wo.z + clearcoat_span(wo)) * (wi.z + clearcoat_span(wi)));
+        match self {
+            Self::OverCosines => over_cosines,
+            Self::Shadows => over_cosines * 4.0 * wo.z * wi.z,
+        }
+    }
+}
+
 /// The span of a direction for the clearcoat's masking, which has α = 0.25.
 #[inline]
-pub fn clearcoat_span(w: Vec3) -> f32 {
+fn clearcoat_span(w: Vec3) -> f32 {
     (0.0625 * (w.x * w.x + w.y * w.y) + w.z * w.z).sqrt()
 }

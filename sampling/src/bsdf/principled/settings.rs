@@ -1,6 +1,7 @@
 //! The parameters of Disney's principled model.
 
-use crate::bsdf::{Argument, Arguments, Parameter, Preset};
+use crate::bsdf::roughness::masking;
+use crate::bsdf::{Argument, Arguments, Masking, Parameter, Preset};
 use crate::math::Spectrum;
 
 /// What [`Principled`](super::Principled) is made of; each a share in [0, 1] but `eta`.
@@ -30,6 +31,20 @@ pub struct PrincipledSettings {
     pub clearcoat_gloss: f32,
     /// Of glass, t.
     pub spec_trans: f32,
+    /// How facets hide one another.
+    pub masking: Masking,
+    /// How those of the clear coat do.
+    pub clearcoat_masking: ClearcoatMasking,
+}
+
+/// What stands for the masking of the clear coat's facets, G of α = 0.25.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ClearcoatMasking {
+    /// G / (4 |cos θ_o| |cos θ_i|) `[Burley12]`.
+    #[default]
+    OverCosines,
+    /// G alone, as in Mitsuba: brighter by 4 at the normal, and darker at grazing angles.
+    Shadows,
 }
 
 impl Default for PrincipledSettings {
@@ -47,6 +62,8 @@ impl Default for PrincipledSettings {
             clearcoat: 0.0,
             clearcoat_gloss: 1.0,
             spec_trans: 0.0,
+            masking: Masking::default(),
+            clearcoat_masking: ClearcoatMasking::default(),
         }
     }
 }
@@ -66,11 +83,17 @@ impl PrincipledSettings {
         Parameter::number("clearcoat", "strength of the clear coat", 0.0, 1.0, Preset::Number(0.0)),
         Parameter::number("clearcoat_gloss", "gloss of the clear coat", 0.0, 1.0, Preset::Number(1.0)),
         Parameter::number("spec_trans", "share of glass; with any, `eta` may not vary", 0.0, 1.0, Preset::Number(0.0)),
+        Parameter::MASKING,
+        Parameter::choice(
+            "clearcoat_masking",
+            "shadowing of the clear coat over 4 cos cos, or alone",
+            &["over_cosines", "shadows"],
+        ),
     ];
 
     /// What these arguments of [`PARAMETERS`](Self::PARAMETERS) say.
     pub fn of(arguments: &Arguments) -> Self {
-        let [base_color, numbers @ ..] = arguments.all::<12>();
+        let [base_color, numbers @ .., hiding, clearcoat_hiding] = arguments.all::<14>();
         let [
             metallic,
             subsurface,
@@ -97,6 +120,8 @@ impl PrincipledSettings {
             clearcoat,
             clearcoat_gloss,
             spec_trans,
+            masking: masking(hiding),
+            clearcoat_masking: [ClearcoatMasking::OverCosines, ClearcoatMasking::Shadows][clearcoat_hiding.choice()],
         }
     }
 }

@@ -68,6 +68,18 @@ fn parts_of_a_mix_may_vary_but_have_no_maps() {
 }
 
 #[test]
+fn what_is_tinted_does_not_vary_but_its_colours_may() {
+    let tinted = |albedo: &str| {
+        let clay = format!("albedo = 0.7\n[materials.clay]\ntype = \"plastic\"\nalbedo = {albedo}\n");
+        let leaf = "[materials.leaf]\ntype = \"tinted\"\nof = \"clay\"\nreflection = { noise = { size = 0.2 } }\n";
+        load(&replaced("albedo = 0.7", &format!("{clay}{leaf}")).replace("material = \"white\"", "material = \"leaf\""))
+    };
+    assert!(tinted("0.5").is_ok());
+    let error = tinted("{ noise = { size = 0.1 } }").expect_err("refused").to_string();
+    assert!(error.contains("materials.leaf.of") && error.contains("of which no texture gives a parameter"), "{error}");
+}
+
+#[test]
 fn mixes_do_not_grow_without_limit() {
     let mixes_of = |first: &str, second: &str, count: usize, keys: &str| {
         let mix = |i: usize| {

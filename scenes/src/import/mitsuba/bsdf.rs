@@ -2,6 +2,9 @@
 //!
 //! The table of what is exact and what is not is in `docs/importers.md`.
 
+mod plastic;
+mod principled;
+
 use super::context::Context;
 use super::index::relative_index;
 use super::material::{Description, Value};
@@ -11,7 +14,6 @@ use super::spectrum::Quantity::{self, Index, Reflectance};
 use super::texture::{self, Texture};
 use super::xml::Element;
 use crate::error::SceneError;
-use sampling::bsdf::diffuse_transmittance;
 
 /// A model that reflects nothing: what is mixed with another to dim it.
 pub const BLACK: &str = "black";
@@ -111,19 +113,10 @@ fn both_sides<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Desc
             let facets = facets(plugin, context)?;
             glass(plugin, "rough_dielectric", context)?.with_all(facets)
         }
-        "plastic" => plastic(plugin, "plastic", context)?,
-        "roughplastic" => {
-            if plugin.text("distribution")?.unwrap_or("beckmann") != "ggx" {
-                context.approximate(place, "a `roughplastic` of other facets than `ggx` has those");
-            }
-            let hiding =
-                "facets of a coat hide one another by their common height; Mitsuba takes both directions apart";
-            context.approximate(place, hiding);
-            let alpha = alpha(plugin, "alpha", context)?;
-            plastic(plugin, "rough_plastic", context)?.with("alpha", alpha)
-        }
+        "plastic" => plastic::smooth(plugin, context)?,
+        "roughplastic" => plastic::rough(plugin, context)?,
         "phong" | "ward" => glossy(plugin, context)?,
-        "principled" | "principledthin" => principled(plugin, context)?,
+        "principled" | "principledthin" => principled::describe(plugin, context)?,
         "null" => Description::new("null", place),
         kind => {
             context.approximate(place, format!("a `{kind}` is not known, and becomes matte, of albedo 0.5"));
@@ -134,6 +127,19 @@ fn both_sides<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Desc
 
 /// What scatters as microfacets: its keys of roughness.
 fn facets<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Vec<(&'static str, Value)>, SceneError> {
+    let distribution = distribution(plugin, context)?;
+    let mut keys = vec![("distribution", Value::word(distribution)), ("masking", Value::word("separable"))];
+    if plugin.part("alpha_u").is_some() || plugin.part("alpha_v").is_some() {
+        keys.push(("alpha_x", alpha(plugin, "alpha_u", context)?.into()));
+        keys.push(("alpha_y", alpha(plugin, "alpha_v", context)?.into()));
+    } else {
+        keys.push(("alpha", alpha(plugin, "alpha", context)?.into()));
+    }
+    Ok(keys)
+}
+
+/// The distribution of facets.
+fn distribution<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<&'static str, SceneError> {
     let place = plugin.place();
     let distribution = match plugin.text("distribution")?.unwrap_or("beckmann") {
         "ggx" => "ggx",
@@ -147,14 +153,7 @@ fn facets<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Vec<(&'s
         context.approximate(place, "what facets of `beckmann` hide is exact here, and up to 0.32 % off in Mitsuba");
     }
     plugin.skip(&["sample_visible"]);
-    let mut keys = vec![("distribution", Value::word(distribution)), ("masking", Value::word("separable"))];
-    if plugin.part("alpha_u").is_some() || plugin.part("alpha_v").is_some() {
-        keys.push(("alpha_x", alpha(plugin, "alpha_u", context)?.into()));
-        keys.push(("alpha_y", alpha(plugin, "alpha_v", context)?.into()));
-    } else {
-        keys.push(("alpha", alpha(plugin, "alpha", context)?.into()));
-    }
-    Ok(keys)
+    Ok(distribution)
 }
 
 /// A width of facets, at most 1.
@@ -187,7 +186,7 @@ fn conductor<'a>(
         if model == "conductor" {
             return Ok(Description::new("mirror", place).with("reflectance", factor));
         }
-        return Ok(bare.with("reflectance", Texture::grey(1.0)).dimmed(factor, Some([1.0; 3]), context));
+        return Ok(bare.with("reflectance", Texture::grey(1.0)).tinted(factor, Texture::grey(1.0), context));
     }
     let (eta, k) = match material {
         "none" => (
@@ -203,13 +202,7 @@ fn conductor<'a>(
         other => other.unwrap_or(Texture::grey(1.0)),
     };
     let (eta, k) = (within(eta, 1e-3), within(k, 0.0));
-    let normal = eta.constant().zip(k.constant()).map(|(eta, k)| {
-        std::array::from_fn(|c| {
-            let k2 = k[c] * k[c];
-            ((eta[c] - 1.0).powi(2) + k2) / ((eta[c] + 1.0).powi(2) + k2)
-        })
-    });
-    Ok(bare.with("eta", eta).with("k", k).dimmed(factor, normal, context))
+    Ok(bare.with("eta", eta).with("k", k).tinted(factor, Texture::grey(1.0), context))
 }
 
 fn relative_index_of_outside(plugin: &Plugin) -> Result<f64, SceneError> {
@@ -224,47 +217,7 @@ fn glass<'a>(plugin: &Plugin<'a>, model: &'static str, context: &mut Context<'a>
     let description = Description::new(model, plugin.place()).with("eta", Value::Number(eta));
     let reflected = texture::parameter(plugin, "specular_reflectance", Reflectance, 1.0, context)?;
     let transmitted = texture::parameter(plugin, "specular_transmittance", Reflectance, 1.0, context)?;
-    if reflected != transmitted {
-        let text = format!("the factors of what a `{}` reflects and transmits are left out", plugin.kind());
-        context.approximate(plugin.place(), text);
-        return Ok(description);
-    }
-    Ok(description.dimmed(reflected, None, context))
-}
-
-/// A coat over a diffuse base. Where Mitsuba lets the base's light be reflected within as if it were white (`nonlinear` is
-/// false), the albedo is the one with which ours, ρ / (1 − ρ F̄), is the same: ρ' = ρ / (1 − F̄ + ρ F̄).
-fn plastic<'a>(plugin: &Plugin<'a>, model: &'static str, context: &mut Context<'a>) -> Result<Description, SceneError> {
-    let place = plugin.place();
-    let eta = relative_index(plugin, "polypropylene")?;
-    let albedo = texture::parameter(plugin, "diffuse_reflectance", Reflectance, 0.5, context)?;
-    if texture::parameter(plugin, "specular_reflectance", Reflectance, 1.0, context)?.constant() != Some([1.0; 3]) {
-        context.approximate(place, format!("the `specular_reflectance` of a `{}` is taken as 1", plugin.kind()));
-    }
-    let leaves = f64::from(diffuse_transmittance(eta as f32)) / (eta * eta);
-    let linear = !plugin.boolean("nonlinear")?.unwrap_or(false);
-    let albedo = match albedo {
-        Texture::Constant(albedo) if linear => {
-            if model == "rough_plastic" {
-                context.approximate(
-                    place,
-                    "what a rough coat reflects within is taken as a smooth one's for `nonlinear` false",
-                );
-            }
-            Texture::Constant(albedo.map(|c| c / (leaves + c * (1.0 - leaves))))
-        }
-        textured => {
-            if linear {
-                context.approximate(
-                    place,
-                    format!("a textured `{}` is taken as `nonlinear`: its colours are deeper", plugin.kind()),
-                );
-            }
-            textured
-        }
-    };
-    plugin.skip(&["sample_visible", "specular_sampling_weight"]);
-    Ok(Description::new(model, place).with("albedo", albedo).with("eta", Value::Number(eta)))
+    Ok(description.tinted(reflected, transmitted, context))
 }
 
 /// Phong's and Ward's models of Mitsuba 0.
@@ -292,37 +245,4 @@ fn glossy<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Descript
         None => (alpha(plugin, "alpha_u", context)?, alpha(plugin, "alpha_v", context)?),
     };
     Ok(Description::new("ward", place).with("kd", kd).with("ks", ks).with("alpha_x", x).with("alpha_y", y))
-}
-
-fn principled<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Description, SceneError> {
-    let place = plugin.place();
-    context.approximate(place, format!("a `{}` is near Disney's model as it is here, not the same", plugin.kind()));
-    let mut description = Description::new("principled", place)
-        .with("base_color", texture::parameter(plugin, "base_color", Reflectance, 0.5, context)?);
-    let numbers = [
-        ("metallic", "metallic", 0.0),
-        ("flatness", "subsurface", 0.0),
-        ("spec_tint", "specular_tint", 0.0),
-        ("roughness", "roughness", 0.5),
-        ("anisotropic", "anisotropic", 0.0),
-        ("sheen", "sheen", 0.0),
-        ("sheen_tint", "sheen_tint", 0.0),
-        ("clearcoat", "clearcoat", 0.0),
-        ("clearcoat_gloss", "clearcoat_gloss", 0.0),
-        ("spec_trans", "spec_trans", 0.0),
-    ];
-    for (theirs, ours, otherwise) in numbers {
-        let given = texture::parameter(plugin, theirs, Reflectance, otherwise, context)?;
-        if theirs == "spec_trans" && given.number() != Some(0.0) {
-            description = description.transmitting();
-        }
-        description = description.with(ours, given);
-    }
-    // Burley's `specular` is an F₀ of 0.08 at 1.
-    let eta = match (plugin.float("eta")?, plugin.float("specular")?) {
-        (Some(eta), _) => eta,
-        (None, specular) => 2.0 / (1.0 - (0.08 * specular.unwrap_or(0.5)).max(0.0).sqrt()) - 1.0,
-    };
-    plugin.skip(&["diffuse_reflectance_sampling_rate", "main_specular_sampling_rate", "clearcoat_sampling_rate"]);
-    Ok(description.with("eta", Value::Number(eta)))
 }

@@ -52,8 +52,7 @@ pub struct Description {
     pub model: &'static str,
     /// The model's parameters.
     keys: Vec<(&'static str, Value)>,
-    /// What dims it: the share of its light that is left.
-    share: f64,
+    tint: Tint,
     /// `normal_map` or `bump_map`, and what it is.
     relief: Option<(&'static str, Texture)>,
     opacity: Option<Texture>,
@@ -62,6 +61,16 @@ pub struct Description {
     /// Whether light may go through it.
     pub transmits: bool,
     place: Place,
+}
+
+/// What some of a material's light is multiplied by.
+#[derive(Clone, Debug)]
+enum Tint {
+    None,
+    /// All of it by one number: the rest is of black patches.
+    Share(f64),
+    /// What is reflected and what passes, but for what is diffuse.
+    Colours([Texture; 2]),
 }
 
 /// The back of a material.
@@ -79,7 +88,7 @@ impl Description {
     pub fn new(model: &'static str, place: &Place) -> Self {
         let (keys, behind, place) = (Vec::new(), Behind::Same, place.clone());
         let transmits = matches!(model, "dielectric" | "thin_glass" | "rough_dielectric" | "null");
-        Self { model, keys, share: 1.0, relief: None, opacity: None, behind, transmits, place }
+        Self { model, keys, tint: Tint::None, relief: None, opacity: None, behind, transmits, place }
     }
 
     /// The same, through which light may go.
@@ -131,33 +140,33 @@ impl Description {
         self
     }
 
-    /// The same, all of whose light is multiplied by a factor. A grey one is exact: the rest is of black patches. One with a
-    /// hue becomes the colour at the normal, `normal` times the factor, where that is known.
-    pub fn dimmed(mut self, factor: Texture, normal: Option<[f64; 3]>, context: &mut Context) -> Self {
-        let grey = factor.constant().is_some_and(|[r, g, b]| r == g && g == b);
-        if grey {
-            self.share = factor.number().unwrap_or(1.0);
+    /// The same, of whose light that is not diffuse `reflection` is left of what is reflected and `transmission` of what passes.
+    pub fn tinted(mut self, reflection: Texture, transmission: Texture, context: &mut Context) -> Self {
+        let factors = [reflection, transmission];
+        if factors.iter().all(|factor| factor.constant() == Some([1.0; 3])) {
             return self;
         }
-        match normal.and_then(|normal| factor.clone().scaled(normal)) {
-            Some(reflectance) => {
-                context.approximate(
-                    &self.place,
-                    "a coloured `specular_reflectance` becomes part of the reflectance at the normal",
-                );
-                self.keys.retain(|(key, _)| !matches!(*key, "eta" | "k" | "reflectance"));
-                self.with("reflectance", reflectance)
-            }
-            None => {
-                context.approximate(
-                    &self.place,
-                    "a coloured or textured factor of what is reflected is taken as its mean",
-                );
-                let [r, g, b] = factor.mean();
-                self.share = (r + g + b) / 3.0;
-                self
-            }
+        let varies = |(_, value): &(_, Value)| matches!(value, Value::Texture(texture) if texture.constant().is_none());
+        if !self.keys.iter().any(varies) {
+            self.tint = Tint::Colours(factors);
+            return self;
         }
+        let is_same = !self.transmits || factors[0] == factors[1];
+        let grey = is_same && factors[0].constant().is_some_and(|[r, g, b]| r == g && g == b);
+        let is_coat = matches!(self.model, "plastic" | "rough_plastic");
+        if is_coat {
+            let text =
+                "a `specular_reflectance` over a base that varies is taken as 1: the highlight is that much brighter";
+            context.approximate(&self.place, text);
+            return self;
+        }
+        if !grey {
+            let text = "the colours of what a material that varies reflects and transmits are taken as their mean";
+            context.approximate(&self.place, text);
+        }
+        let [reflected, passing] = factors.map(|factor| factor.mean().iter().sum::<f64>() / 3.0);
+        self.tint = Tint::Share(if self.transmits { 0.5 * (reflected + passing) } else { reflected });
+        self
     }
 
     /// The same without what may not be in a part of a mix.
@@ -196,14 +205,11 @@ impl Description {
         let mut lines = Lines::default();
         let header = |name: &str| format!("[materials.{}]", key(name));
         let (mut model, mut keys) = (self.model, self.keys.clone());
-        if self.share != 1.0 {
-            black(&self.place, context);
-            let whole = context.fresh_name(&format!("{name}_undimmed"));
+        if !matches!(self.tint, Tint::None) {
+            let whole = context.fresh_name(&format!("{name}_untinted"));
             lines.table(&self.place, header(&whole));
             write_keys(&mut lines, &self.place, model, &keys, turned);
-            model = "mix";
-            let amount = Value::Number(1.0 - self.share);
-            keys = vec![("first", Value::Word(whole)), ("second", Value::word(BLACK)), ("amount", amount)];
+            (model, keys) = self.over(whole, context);
         }
         lines.table(&self.place, header(name));
         write_keys(&mut lines, &self.place, model, &keys, turned);
@@ -214,6 +220,26 @@ impl Description {
             lines.key(&self.place, "opacity", opacity.toml(turned));
         }
         context.materials.append(lines);
+    }
+}
+
+impl Description {
+    /// What is made of the material `whole` by the tint: a model and its keys.
+    fn over(&self, whole: String, context: &mut Context) -> (&'static str, Vec<(&'static str, Value)>) {
+        match &self.tint {
+            Tint::None => unreachable!("it is tinted"),
+            Tint::Share(share) => {
+                black(&self.place, context);
+                let (first, second) = (("first", Value::Word(whole)), ("second", Value::word(BLACK)));
+                ("mix", vec![first, second, ("amount", Value::Number(1.0 - share))])
+            }
+            Tint::Colours(factors) => {
+                let names = ["reflection", "transmission"].into_iter().zip(factors.clone());
+                let given = names.filter(|(_, factor)| factor.constant() != Some([1.0; 3]));
+                let of = ("of", Value::Word(whole));
+                ("tinted", [of].into_iter().chain(given.map(|(name, factor)| (name, factor.into()))).collect())
+            }
+        }
     }
 }
 
@@ -277,7 +303,10 @@ pub fn layered<'a>(
         kind => {
             context.approximate(
                 place,
-                format!("a `{kind}` tilts one face of a tiny groove, so that no light is lost or leaks"),
+                format!(
+                    "a `{kind}` tilts one face of a tiny groove, so that no light is lost or leaks: slopes show less, and where they \
+                     are 10 degrees what is matte is 0.79 to 1.38 times as bright, at 30 degrees 0.54 to 10 times"
+                ),
             );
             let named = ["normalmap", "texture", "bumpmap"]
                 .into_iter()

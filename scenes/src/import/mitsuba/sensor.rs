@@ -151,7 +151,8 @@ fn shift(plugin: &Plugin) -> Result<Option<[f64; 2]>, SceneError> {
 }
 
 fn film<'a>(sensor: &Plugin<'a>, context: &mut Context<'a>) -> Result<Film, SceneError> {
-    let usual = |place: &Place| Film { width: 768, height: 576, crop: None, filter: "gaussian", place: place.clone() };
+    let usual =
+        |place: &Place| Film { width: 768, height: 576, crop: None, filter: "gaussian_full", place: place.clone() };
     let Some(element) = sensor.tagged("film").first().copied() else { return Ok(usual(sensor.place())) };
     let plugin = Plugin::new(element, context)?;
     let mut film = usual(plugin.place());
@@ -175,8 +176,6 @@ fn film<'a>(sensor: &Plugin<'a>, context: &mut Context<'a>) -> Result<Film, Scen
     film.crop = Some([x, y, width, height]).filter(|crop| *crop != whole);
     if let Some(filter) = plugin.tagged("rfilter").first() {
         film.filter = filter_of(filter, context)?;
-    } else {
-        context.approximate(plugin.place(), "the `gaussian` filter ends at 1.5 pixels, Mitsuba's at 2");
     }
     context.note(NoteKind::Mapped, plugin.place(), format!("`film {}` becomes the size of the image", plugin.kind()));
     plugin.skip(&["file_format", "pixel_format", "component_format", "sample_border", "banner", "compensate", "id"]);
@@ -193,17 +192,15 @@ fn filter_of<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<&'st
             1.0 => ("triangle", None),
             _ => ("triangle", Some("a `tent` filter of another radius than 1 has that")),
         },
-        "gaussian" if plugin.float_or("stddev", 0.5)? == 0.5 => {
-            ("gaussian", Some("the `gaussian` filter ends at 1.5 pixels, Mitsuba's at 2"))
-        }
-        "gaussian" => ("gaussian", Some("a `gaussian` filter of another `stddev` than 0.5 has that")),
+        "gaussian" if plugin.float_or("stddev", 0.5)? == 0.5 => ("gaussian_full", None),
+        "gaussian" => ("gaussian_full", Some("a `gaussian` filter of another `stddev` than 0.5 has that")),
         "mitchell" => match (plugin.float_or("A", 1.0 / 3.0)?, plugin.float_or("B", 1.0 / 3.0)?) {
             (a, b) if (a - 1.0 / 3.0).abs() < 1e-3 && (b - 1.0 / 3.0).abs() < 1e-3 => ("mitchell", None),
             _ => ("mitchell", Some("a `mitchell` filter of other parameters than 1/3 has those")),
         },
         "catmullrom" => ("mitchell", Some("the filter `catmullrom` is taken as `mitchell`")),
         "lanczos" => ("mitchell", Some("the filter `lanczos` is taken as `mitchell`")),
-        _ => ("gaussian", Some("a filter that is not known is taken as `gaussian`")),
+        _ => ("gaussian_full", Some("a filter that is not known is taken as `gaussian`")),
     };
     if let Some(difference) = difference {
         context.approximate(plugin.place(), difference);

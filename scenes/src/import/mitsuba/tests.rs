@@ -1,5 +1,6 @@
 //! Every construct: what it becomes, and that scene files may say so.
 
+mod exact;
 mod hostile;
 mod materials;
 mod meters;

@@ -65,13 +65,15 @@ pub struct Description {
     /// `normal_map` or `bump_map`, and what it is.
     relief: Option<(&'static str, Texture)>,
     opacity: Option<Texture>,
+    /// Factors of what is reflected and of what passes.
+    tint: Option<[Texture; 2]>,
     place: Place,
 }
 
 impl Description {
     /// A model with its presets.
     pub fn new(model: &'static str, place: &Place) -> Self {
-        Self { model, keys: Vec::new(), relief: None, opacity: None, place: place.clone() }
+        Self { model, keys: Vec::new(), relief: None, opacity: None, tint: None, place: place.clone() }
     }
 
     /// The same with a parameter more.
@@ -92,12 +94,33 @@ impl Description {
         self
     }
 
+    /// The same, of whose light these colours are left where it is reflected and where it passes.
+    pub fn tinted(self, factors: [Texture; 2]) -> Self {
+        let is_white = factors.iter().all(|factor| factor.constant() == Some([1.0; 3]));
+        Self { tint: (!is_white).then_some(factors), ..self }
+    }
+
+    /// Whether an image gives one of its parameters.
+    pub fn varies(&self) -> bool {
+        self.keys.iter().any(|(_, value)| matches!(value, Value::Texture(texture) if texture.constant().is_none()))
+    }
+
     fn write(&self, name: &str, context: &mut Context) {
         let mut lines = Lines::default();
-        lines.table(&self.place, format!("[materials.{}]", key(name)));
-        lines.key(&self.place, "type", quoted(self.model));
-        for (key, value) in &self.keys {
-            lines.key(&self.place, key, value.toml());
+        let mut table = |name: &str, model: &str, keys: &[(&'static str, Value)]| {
+            lines.table(&self.place, format!("[materials.{}]", key(name)));
+            lines.key(&self.place, "type", quoted(model));
+            for (key, value) in keys {
+                lines.key(&self.place, key, value.toml());
+            }
+        };
+        if let Some([reflection, transmission]) = &self.tint {
+            let whole = context.fresh_name(&format!("{name}_untinted"));
+            table(&whole, self.model, &self.keys);
+            let factors = [("reflection", reflection.clone().into()), ("transmission", transmission.clone().into())];
+            table(name, "tinted", &[vec![("of", Value::Word(whole))], factors.to_vec()].concat());
+        } else {
+            table(name, self.model, &self.keys);
         }
         if let Some((kind, map)) = &self.relief {
             lines.key(&self.place, kind, map.toml());
@@ -175,7 +198,8 @@ fn relief(parameters: &Parameters, context: &mut Context) -> Result<Option<(&'st
     if matches!(parameters.kind.as_str(), "" | "none" | "interface" | "null") {
         return Ok(None);
     }
-    let tilted = "a map tilts one face of a tiny groove, so that no light is lost or leaks";
+    let tilted = "a map tilts one face of a tiny groove, so that no light is lost or leaks: slopes show less, and where they are \
+                  10 degrees what is matte is 0.79 to 1.38 times as bright, at 30 degrees 0.54 to 10 times";
     if let Some(name) = parameters.text("normalmap")? {
         let place = parameters.place_of("normalmap").clone();
         context.approximate(&place, tilted);

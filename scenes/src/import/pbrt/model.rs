@@ -5,6 +5,7 @@
 use super::context::Context;
 use super::material::{Description, Value};
 use super::parameters::Parameters;
+use super::parser::Values;
 use super::spectrum::{self, Quantity};
 use super::texture::{self, Texture};
 use crate::error::SceneError;
@@ -67,11 +68,16 @@ pub fn describe(parameters: &Parameters, context: &mut Context) -> Result<Descri
         "mirror" => Description::new("mirror", place).with("reflectance", reflectance(&["Kr"], 0.9, context)?),
         "dielectric" => glass(parameters, Remap::Root, context)?,
         "glass" => {
-            let (kr, kt) = (reflectance(&["Kr"], 1.0, context)?, reflectance(&["Kt"], 1.0, context)?);
-            if [kr, kt].iter().any(|factor| factor.constant() != Some([1.0; 3])) {
-                nearest("reflects and transmits all light here: its `Kr` and `Kt` are left out", context);
+            let factors = [reflectance(&["Kr"], 1.0, context)?, reflectance(&["Kt"], 1.0, context)?];
+            let made = glass(parameters, Remap::Fit, context)?;
+            if made.varies() && factors.iter().any(|factor| factor.constant() != Some([1.0; 3])) {
+                nearest(
+                    "of a roughness that varies reflects and transmits all light here: its `Kr` and `Kt` are left out",
+                    context,
+                );
+                return Ok(made);
             }
-            glass(parameters, Remap::Fit, context)?
+            made.tinted(factors)
         }
         "thindielectric" => {
             Description::new("thin_glass", place).with("eta", Value::Number(index(parameters, context)?))
@@ -172,8 +178,13 @@ fn widths(
     };
     let found = [one("uroughness")?, one("vroughness")?];
     let smooth = |texture: &Texture| texture.constant().is_some_and(|[alpha, ..]| alpha < SMOOTH);
-    // v3 takes for smooth only what is written as 0.
-    let written_smooth = matches!(remap, Remap::Fit) && both.constant() == Some([0.0; 3]) && remaps;
+    // v3 takes only glass for smooth, and only where 0 is written: its polynomial is 0.047 there.
+    let is_glass = parameters.kind == "glass";
+    let is_zero = |name: &str| match parameters.find(&format!("{prefix}{name}")) {
+        Some(own) => own.values == Values::Numbers(vec![0.0]),
+        None => both.constant() == Some([0.0; 3]),
+    };
+    let written_smooth = matches!(remap, Remap::Fit) && is_glass && is_zero("uroughness") && is_zero("vroughness");
     Ok((!found.iter().all(smooth) && !written_smooth).then_some(found))
 }
 
@@ -197,7 +208,8 @@ fn glass(parameters: &Parameters, remap: Remap, context: &mut Context) -> Result
     Ok(match widths(parameters, "", 0.0, remap, context)? {
         None => Description::new("dielectric", &parameters.place).with("eta", eta),
         Some(alpha) => {
-            Description::new("rough_dielectric", &parameters.place).with("eta", eta).with_all(as_keys(alpha))
+            let rough = Description::new("rough_dielectric", &parameters.place).with("eta", eta);
+            rough.with("masking", Value::word("correlated_throughout")).with_all(as_keys(alpha))
         }
     })
 }

@@ -118,42 +118,56 @@ fn glass_and_metal() {
 }
 
 #[test]
-fn a_grey_factor_is_exact_by_black_patches_and_a_hue_goes_into_the_reflectance() {
+fn factors_of_mirror_images_tint_what_does_not_vary() {
     let metal = |factor: &str| {
         let index = "<rgb name=\"eta\" value=\"1\"/><rgb name=\"k\" value=\"2\"/>";
         let factor = format!("<rgb name=\"specular_reflectance\" value=\"{factor}\"/>");
         material(&format!("<bsdf type=\"twosided\" id=\"m\"><bsdf type=\"conductor\">{index}{factor}</bsdf></bsdf>"))
     };
-    let (text, notes) = metal("0.25");
-    let whole = "[materials.m_undimmed]\ntype = \"conductor\"\neta = 1.0\nk = 2.0";
-    let mix = "[materials.m]\ntype = \"mix\"\nfirst = \"m_undimmed\"\nsecond = \"black\"\namount = 0.75";
-    assert_eq!(text, format!("[materials.black]\ntype = \"lambert\"\nalbedo = 0.0\n\n{whole}\n\n{mix}"));
-    assert!(notes.is_empty());
-    let rough = "<bsdf type=\"twosided\" id=\"m\"><bsdf type=\"roughconductor\"><texture name=\"alpha\" type=\"checkerboard\"/>\
-                 <rgb name=\"specular_reflectance\" value=\"0.5\"/></bsdf></bsdf>";
-    let (text, _) = material(rough);
-    assert!(text.ends_with("first = \"m_undimmed\"\nsecond = \"black\"\namount = 0.5"), "{text}");
-    // F₀ = k² / (4 + k²) = ½.
     let (text, notes) = metal("0.4 0.6 0.8");
-    assert_eq!(text, "[materials.m]\ntype = \"conductor\"\nreflectance = [0.2, 0.3, 0.4]");
-    assert_eq!(notes.len(), 1);
+    let whole = "[materials.m_untinted]\ntype = \"conductor\"\neta = 1.0\nk = 2.0";
+    let tinted = "[materials.m]\ntype = \"tinted\"\nof = \"m_untinted\"\nreflection = [0.4, 0.6, 0.8]";
+    assert_eq!(text, format!("{whole}\n\n{tinted}"));
+    assert!(notes.is_empty());
+    let glass = "<bsdf type=\"dielectric\" id=\"m\"><rgb name=\"specular_transmittance\" value=\"0.5\"/></bsdf>";
+    let (text, notes) = material(glass);
+    assert!(text.ends_with("type = \"tinted\"\nof = \"m_untinted\"\ntransmission = 0.5") && notes.is_empty(), "{text}");
+    // What varies is dimmed by black patches, which have no hue.
+    let rough = |factor: &str| {
+        let alpha = "<texture name=\"alpha\" type=\"checkerboard\"/>";
+        let factor = format!("<rgb name=\"specular_reflectance\" value=\"{factor}\"/>");
+        material(&format!(
+            "<bsdf type=\"twosided\" id=\"m\"><bsdf type=\"roughconductor\">{alpha}{factor}</bsdf></bsdf>"
+        ))
+    };
+    let (text, notes) = rough("0.5");
+    assert!(text.ends_with("first = \"m_untinted\"\nsecond = \"black\"\namount = 0.5"), "{text}");
+    let (text, more) = rough("0.25 0.5 0.75");
+    assert!(text.ends_with("amount = 0.5") && more.len() == notes.len() + 1, "{text}");
 }
 
 #[test]
-fn a_coat_with_linear_colours_has_the_albedo_that_makes_it_the_same() {
-    let plastic = |nonlinear: &str| {
+fn coats_reflect_within_what_mitsubas_do() {
+    let coat = |kind: &str, more: &str| {
         let rgb = "<rgb name=\"diffuse_reflectance\" value=\"0.2\"/><float name=\"int_ior\" value=\"1.5\"/>";
         let ext = "<float name=\"ext_ior\" value=\"1\"/>";
-        let text = material(&format!("<bsdf type=\"plastic\">{rgb}{ext}{nonlinear}</bsdf>")).0;
+        let (text, notes) = material(&format!("<bsdf type=\"{kind}\" id=\"m\">{rgb}{ext}{more}</bsdf>"));
         let table: toml::Table = text.parse().unwrap();
-        let table = table["materials"]["plastic_line2_front"].as_table().unwrap().clone();
-        table["albedo"].as_float().unwrap()
+        let table = table["materials"]["m_front"].as_table().unwrap().clone();
+        (
+            table["internal_reflectance"].as_float().unwrap(),
+            table["interreflection"].as_str().unwrap().to_string(),
+            notes,
+        )
     };
-    assert_eq!(plastic("<boolean name=\"nonlinear\" value=\"true\"/>"), 0.2);
+    // As quadrature has it, to the error of the fit.
     let inside = 1.0 - f64::from(sampling::bsdf::diffuse_transmittance(1.5)) / 2.25;
-    let ours = plastic("");
-    // ρ / (1 − ρ F̄) of ours is ρ / (1 − F̄) of theirs.
-    assert!((ours / (1.0 - ours * inside) - 0.2 / (1.0 - inside)).abs() < 1e-12);
+    let (reflected, kind, notes) = coat("plastic", "");
+    assert!((reflected - inside).abs() < 1e-3 && kind == "white" && notes.is_empty(), "{reflected} {inside} {notes:?}");
+    assert_eq!(coat("plastic", "<boolean name=\"nonlinear\" value=\"true\"/>").1, "coloured");
+    let (reflected, _, notes) = coat("roughplastic", "<string name=\"distribution\" value=\"ggx\"/>");
+    assert!(reflected < inside && reflected > 0.5 && notes.is_empty(), "{reflected} {notes:?}");
+    assert_eq!(coat("roughplastic", "").2.len(), 1);
 }
 
 #[test]
@@ -213,5 +227,15 @@ fn principled_says_all_that_it_is() {
     assert_eq!((number("roughness"), number("sheen_tint"), number("clearcoat_gloss")), (0.3, 0.0, 0.0));
     // F₀ = 0.04 is an index of 1.5.
     assert!((number("eta") - 1.5).abs() < 1e-12);
-    assert_eq!(notes.len(), 1);
+    assert!(notes.is_empty(), "{notes:?}");
+    // The tint of a colour whose largest channel is twice its luminance is twice as strong.
+    let red = "<rgb name=\"base_color\" value=\"0.5 0.2 0.2\"/><float name=\"sheen\" value=\"0.3\"/>";
+    let (text, notes) =
+        material(&format!("<bsdf type=\"principled\" id=\"m\">{red}<float name=\"sheen_tint\" value=\"1\"/></bsdf>"));
+    let table: toml::Table = text.parse().unwrap();
+    let sheen = table["materials"]["m_front"]["sheen"].as_float().unwrap();
+    let luminance = 0.212671 * 0.5 + (0.715160 + 0.072169) * 0.2;
+    assert!((sheen - 0.3 * 0.5 / luminance).abs() < 1e-9 && notes.is_empty(), "{text} {notes:?}");
+    let tinted = "<bsdf type=\"principled\" id=\"m\"><float name=\"spec_tint\" value=\"1\"/></bsdf>";
+    assert_eq!(material(tinted).1.len(), 1);
 }

@@ -36,7 +36,7 @@ fn the_cornell_box_is_exact_but_for_nothing() {
 fn veachs_plates_keep_their_factor() {
     let Some((translation, folder)) = translated("veach-mis/mitsuba/scene_v3.xml") else { return };
     assert_eq!(notes(&translation, NoteKind::Approximated).len(), 1, "{:?}", translation.notes);
-    assert_eq!(translation.text.matches("amount = 0.7\n").count(), 4);
+    assert_eq!(translation.text.matches("reflection = 0.3\n").count(), 4);
     let scene = translation.read("a", &folder, None).unwrap().build(Skip::Unneeded).unwrap();
     assert_eq!((scene.counts().emitters, scene.counts().spheres), (3, 3));
     assert_eq!(scene.series.max_order, Some(2));

@@ -65,6 +65,27 @@ fn every_model_of_the_fourth_version() {
 }
 
 #[test]
+fn rough_glass_hides_its_facets_as_pbrts_does() {
+    let rough = model("Material \"dielectric\" \"float roughness\" .1");
+    assert_eq!(rough["masking"].as_str(), Some("correlated_throughout"));
+}
+
+#[test]
+fn of_the_third_version_only_glass_is_smooth_and_glass_may_be_coloured() {
+    let zero =
+        |kind: &str| model(&format!("Material \"{kind}\" \"float roughness\" 0"))["type"].as_str().unwrap().to_string();
+    assert_eq!(zero("metal"), "rough_conductor");
+    assert_eq!(zero("plastic"), "rough_plastic");
+    let glass = |text: &str| material(&format!("Material \"glass\" {text}"), &[]);
+    let smooth = "\"float uroughness\" 0 \"float vroughness\" 0";
+    assert_eq!(glass(smooth).0["type"].as_str(), Some("dielectric"));
+    let (green, translation) = glass("\"rgb Kt\" [.1 .9 .2] \"float uroughness\" .1 \"float vroughness\" .1");
+    assert_eq!((green["type"].as_str(), float(&green, "reflection")), (Some("tinted"), 1.0));
+    assert_eq!(vector(&green["transmission"]), [0.1, 0.9, 0.2]);
+    assert!(notes(&translation, NoteKind::Approximated).is_empty());
+}
+
+#[test]
 fn names_of_the_third_version_are_made_new() {
     let matte = model("Material \"matte\" \"color Kd\" [.1 .2 .3] \"float sigma\" 20");
     assert_eq!((matte["type"].as_str(), float(&matte, "sigma")), (Some("oren_nayar"), 20.0));
