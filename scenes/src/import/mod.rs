@@ -8,6 +8,7 @@
 
 pub mod appearance;
 pub mod gltf;
+mod ledger;
 pub mod mitsuba;
 pub mod mtl;
 pub mod obj;
