@@ -202,7 +202,9 @@ pub fn samples_per_replicate(spp: u32, replicates: u32) -> Result<u32, String> {
     }
     let below = spp / replicates * replicates;
     let above = (u64::from(spp) / u64::from(replicates) + 1) * u64::from(replicates);
-    let divisor = (1..=replicates).rev().find(|r| spp.is_multiple_of(*r)).unwrap_or(1);
+    // Divisors come in pairs.
+    let pairs = (1..=spp.isqrt()).filter(|&small| spp.is_multiple_of(small)).flat_map(|small| [small, spp / small]);
+    let divisor = pairs.filter(|&divisor| divisor <= replicates).max().unwrap_or(1);
     let samples = if below == 0 { above.to_string() } else { format!("{below} or {above}") };
     Err(format!(
         "{spp} samples per pixel cannot be divided evenly among {replicates} replicates; \
@@ -276,6 +278,9 @@ mod tests {
         assert!(samples_per_replicate(1, 4).unwrap_err().contains("4 samples, or 1 replicates"));
         assert!(samples_per_replicate(u32::MAX, 4).unwrap_err().contains("4294967296"));
         assert!(samples_per_replicate(0, 4).is_err());
+        // Of a prime, and many replicates, the divisor is found at once too.
+        let told = samples_per_replicate(4_294_967_291, 4_294_967_290).unwrap_err();
+        assert!(told.contains("4294967290 or 8589934580 samples, or 1 replicates"), "{told}");
     }
 
     #[test]

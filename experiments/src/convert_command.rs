@@ -7,6 +7,7 @@ use crate::output;
 use scenes::import::mitsuba::MESH_HEADER;
 use scenes::import::ply::write;
 use scenes::import::translation::SCENE_HEADER;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Translates a scene and writes it, with the meshes and images that have no file of their own beside it.
@@ -57,8 +58,9 @@ pub fn convert(args: &ConvertArgs) -> Result<Status, Error> {
 
 /// Refuses to replace a file that is not known by its first line.
 fn check_own(path: &Path, header: &[u8]) -> Result<(), Error> {
-    let Ok(bytes) = std::fs::read(path) else { return Ok(()) };
-    if bytes.starts_with(header) {
+    let Ok(file) = scenes::file::open(path) else { return Ok(()) };
+    let mut start = Vec::with_capacity(header.len());
+    if file.take(header.len() as u64).read_to_end(&mut start).is_ok() && start == header {
         return Ok(());
     }
     let message = format!("{}: this file is in the way, and was not made by neumann", path.display());

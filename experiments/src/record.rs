@@ -91,7 +91,7 @@ fn key(plan: &Plan, scenes: &[SceneRecord], methods: &[MethodRecord]) -> String 
 
 /// The manifest of a folder of results, if it holds one.
 pub fn read_manifest(folder: &Path) -> Option<StoredManifest> {
-    serde_json::from_slice(&std::fs::read(folder.join(MANIFEST)).ok()?).ok()
+    serde_json::from_slice(&scenes::file::read(&folder.join(MANIFEST)).ok()?).ok()
 }
 
 /// Writes the manifest of all files written so far, and of itself.

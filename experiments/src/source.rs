@@ -40,7 +40,7 @@ impl Source {
         }
         let mend = "give an experiment's file, or one of the names that `neumann list experiments` shows";
         let failed = |source| Error::Io { action: "read", path: path.to_owned(), source, mend };
-        let text = std::fs::read_to_string(path).map_err(failed)?;
+        let text = scenes::file::read_text(path).map_err(failed)?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Self { name, path: Some(path.to_owned()), text })
     }

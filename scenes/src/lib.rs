@@ -26,7 +26,7 @@
 //! 6. [`builder`] and [`needs`]: how a scene is made, and what it doesn't need.
 //! 7. [`mod@load`], [`description`], [`import`] and [`builtin`]: scenes by name or path, scene files, other formats, and the
 //!    scenes that come with the program; [`progress`] tells how far that is.
-//! 8. [`error`]: what can be wrong with a scene.
+//! 8. [`mod@file`]: files that a user names; [`error`]: what can be wrong with a scene.
 
 mod accel;
 pub mod builder;
@@ -35,7 +35,7 @@ pub mod camera;
 pub mod description;
 pub mod emitter;
 pub mod error;
-mod file;
+pub mod file;
 pub mod import;
 pub mod interaction;
 pub mod labels;

@@ -85,9 +85,7 @@ fn open_own(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder
             description::read(&text, origin, size)
         }
         Some(mesh @ ("obj" | "ply")) => {
-            if !path.is_file() {
-                return Err(unreadable(path, std::io::ErrorKind::NotFound.into()));
-            }
+            crate::file::check(path).map_err(|error| unreadable(path, error))?;
             if mesh == "ply" { ply::scene(path, stem, size) } else { obj::scene(path, stem, size) }
         }
         _ => Err(unknown(name_or_path, path)),
@@ -98,9 +96,7 @@ fn open_own(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder
 /// [`pbrt`]), `.gltf` or `.glb` (see [`gltf`]), or `.obj`.
 pub fn translation(path: &str, base: &Path) -> Result<Translation, SceneError> {
     let path = Path::new(path);
-    if !path.is_file() {
-        return Err(unreadable(path, std::io::ErrorKind::NotFound.into()));
-    }
+    crate::file::check(path).map_err(|error| unreadable(path, error))?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     match path.extension() {
         Some(ending) if ending.eq_ignore_ascii_case("xml") => mitsuba::translate(path, base, &stem),

@@ -216,6 +216,19 @@ fn a_deep_tree_is_still_searched() {
     assert!(accel.depth <= tree::DEEPEST);
 }
 
+/// The builder would need a pass for every two of them.
+#[test]
+fn a_long_row_of_equal_triangles_is_built_at_once() {
+    let at = |i: i32, x: f32, y: f32| vec3(2.0 * i as f32 + x, y, 0.0);
+    let triangles: Vec<Triangle> =
+        (0..200_000).map(|i| Triangle([at(i, 0.0, 0.0), at(i, 1.0, 0.0), at(i, 0.0, 1.0)])).collect();
+    let tree = Accel::build(&triangles, Vec::new(), Vec3::ZERO, Skip::Nothing);
+    for i in [0, 77_777, 199_999] {
+        let ray = Ray::new(at(i, 0.25, 0.25) + Vec3::Z, -Vec3::Z);
+        assert!(matches!(tree.closest(&ray), Some(Hit::Triangle { id, .. }) if id == i as u32));
+    }
+}
+
 #[test]
 fn a_triangle_seen_edge_on_is_not_met() {
     let triangles = [Triangle([vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0)])];

@@ -104,8 +104,9 @@ impl Tree<'_> {
     }
 
     fn grow_part(&mut self, list: &[u32], depth: usize) -> (Child, Aabb) {
-        let part = Part::of(self.items, list);
+        let mut part = Part::of(self.items, list);
         let groups = Groups::of(&part.boxes);
+        tell_apart(&mut part.boxes);
         let binary = match groups.len() == part.boxes.len() {
             true => build_binary(&part.boxes),
             false => build_binary(&groups.iter().map(|group| part.boxes[group[0] as usize]).collect::<Vec<_>>()),
@@ -203,6 +204,16 @@ impl Groups {
 
     fn iter(&self) -> impl Iterator<Item = &[u32]> {
         (0..self.starts.len() as u32 - 1).map(|group| self.get(group))
+    }
+}
+
+/// Makes every box a little larger, by an amount of its own. The builder joins boxes that are each other's nearest: of a row of equal ones,
+/// evenly spaced, each would be the nearest of the one before it, and only two were joined in a pass over all.
+fn tell_apart(boxes: &mut [Aabb]) {
+    const MOST: f32 = 1.0 / 8192.0;
+    for (i, aabb) in boxes.iter_mut().enumerate() {
+        let share = (i as u32).wrapping_mul(0x9e37_79b9) as f32 / u32::MAX as f32;
+        aabb.max += (aabb.max - aabb.min) * (share * MOST);
     }
 }
 

@@ -7,7 +7,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::error::SceneError;
-use crate::suggest::did_you_mean;
+use crate::suggest::{did_you_mean, shown};
 
 /// The largest magnitude of a coordinate \[m\]: beyond it squares of lengths no longer fit `f32`.
 const MAX_COORDINATE: f64 = 1e15;
@@ -80,7 +80,7 @@ impl<'a> Table<'a> {
             if !valid.contains(&key.get_ref().as_ref()) {
                 let key_name = key.get_ref().as_ref();
                 let place = if self.name.is_empty() { "a scene file".to_string() } else { format!("`{}`", self.name) };
-                let message = format!("unknown key `{key_name}` in {place}");
+                let message = format!("unknown key `{}` in {place}", shown(key_name));
                 return Err(self.source.error(key.span().start, message, did_you_mean(key_name, valid)));
             }
         }
@@ -108,12 +108,7 @@ impl<'a> Table<'a> {
         entries.into_iter().map(|(_, key, value)| (key, self.value(key, value))).collect()
     }
 
-    /// Where it begins, counted from 1.
-    pub fn line(&self) -> usize {
-        self.source.line(self.at)
-    }
-
-    /// The same, counted on from that of an earlier table, which is faster where there are many.
+    /// Where it begins, counted from 1 and on from an earlier table: there may be many.
     pub fn line_after(&self, earlier: &mut Line) -> usize {
         let from = if self.at < earlier.at { Line::default() } else { *earlier };
         let between = self.source.text.as_bytes().get(from.at..self.at).unwrap_or_default();

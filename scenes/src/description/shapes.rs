@@ -183,7 +183,7 @@ impl Reader<'_> {
             return Err(file.error("meshes are read from .obj and .ply files"));
         };
         let path = folder.join(name);
-        let attached = self.origin.attachments.iter().find(|attachment| attachment.name == name);
+        let attached = self.textures.attached(name);
         if attached.is_none() && !path.is_file() {
             return Err(
                 file.error(format!("there is no file {}; paths start at the scene file's folder", path.display()))

@@ -25,14 +25,20 @@ type Decoding = (PathBuf, Option<Encoding>, Encoding);
 /// Reads textures, every image once.
 pub(super) struct Textures<'f> {
     folder: Option<&'f Path>,
-    attachments: &'f [Attachment],
+    attachments: BTreeMap<&'f str, &'f Attachment>,
     images: RefCell<BTreeMap<Decoding, Arc<Image>>>,
 }
 
 impl<'f> Textures<'f> {
     /// Files are looked for among the `attachments` and in `folder`; without one, there are none.
     pub fn new(folder: Option<&'f Path>, attachments: &'f [Attachment]) -> Self {
+        let attachments = attachments.iter().map(|attachment| (attachment.name.as_str(), attachment)).collect();
         Self { folder, attachments, images: RefCell::default() }
+    }
+
+    /// What is in no folder, by its name.
+    pub fn attached(&self, name: &str) -> Option<&'f Attachment> {
+        self.attachments.get(name).copied()
     }
 
     /// A colour or one of
@@ -99,7 +105,7 @@ impl<'f> Textures<'f> {
             return Ok(image.clone());
         }
         let path = &key.0;
-        let bytes = match self.attachments.iter().find(|attachment| attachment.name == name) {
+        let bytes = match self.attached(name) {
             Some(attachment) => Cow::Borrowed(attachment.bytes.as_slice()),
             None => Cow::Owned(read_file(path).map_err(|mend| value.error(mend))?),
         };

@@ -10,6 +10,7 @@ pub mod appearance;
 mod corners;
 mod faces;
 pub mod gltf;
+mod ledger;
 pub mod mitsuba;
 pub mod mtl;
 pub mod obj;

@@ -1,10 +1,13 @@
 //! Images in OpenEXR files. All that this crate knows of the `exr` crate is here.
 
 use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, MetaData, ReadChannels, ReadLayers, Vec2, read};
+use std::collections::HashMap;
 use std::io::Cursor;
 
 /// The first bytes of every OpenEXR file.
 const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+/// The most numbers of a part: all its channels are read.
+const MAX_NUMBERS: usize = 1 << 30;
 
 /// Whether these are the bytes of an OpenEXR file.
 pub fn is_exr(bytes: &[u8]) -> bool {
@@ -26,6 +29,14 @@ pub struct Decoded {
 /// What is wrong with the file.
 pub fn size(bytes: &[u8]) -> Result<(u32, u32), String> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
+    for header in &meta.headers {
+        let (Vec2(width, height), channels) = (header.layer_size, header.channels.list.len());
+        if width.saturating_mul(height).saturating_mul(channels) > MAX_NUMBERS {
+            return Err(format!(
+                "it has {width}x{height} texels in {channels} channels, more than {MAX_NUMBERS} numbers"
+            ));
+        }
+    }
     let Vec2(width, height) = meta.headers.first().ok_or("it has no parts")?.layer_size;
     let side = |side: usize| u32::try_from(side).map_err(|_| format!("it has {width}x{height} texels"));
     Ok((side(width)?, side(height)?))
@@ -65,12 +76,14 @@ fn channel_values(channel: &AnyChannel<FlatSamples>) -> Box<dyn Iterator<Item = 
 
 /// The places of red, green and blue, and of alpha.
 fn chosen(names: &[String]) -> Option<([usize; 3], Option<usize>)> {
-    let place = |layer: &str, channel: &str| names.iter().position(|name| *name == format!("{layer}{channel}"));
-    let layer_of = |name: &String| name.rfind('.').map_or(String::new(), |dot| name[..=dot].to_owned());
-    let layers = || std::iter::once(String::new()).chain(names.iter().map(layer_of));
-    let coloured = layers().find_map(|layer| {
-        let colours = [place(&layer, "R")?, place(&layer, "G")?, place(&layer, "B")?];
-        Some((colours, place(&layer, "A")))
+    // Of two of a name the first counts.
+    let places: HashMap<&str, usize> = names.iter().enumerate().rev().map(|(i, name)| (name.as_str(), i)).collect();
+    let place = |layer: &str, channel: &str| places.get(format!("{layer}{channel}").as_str()).copied();
+    let layer_of = |name: &String| name.rfind('.').map_or(0, |dot| dot + 1);
+    let mut layers = std::iter::once("").chain(names.iter().map(|name| &name[..layer_of(name)]));
+    let coloured = layers.find_map(|layer| {
+        let colours = [place(layer, "R")?, place(layer, "G")?, place(layer, "B")?];
+        Some((colours, place(layer, "A")))
     });
     coloured.or_else(|| {
         // Luminance with its chroma is half a picture.
@@ -123,6 +136,21 @@ mod tests {
             let error = decode(&file(names)).err().unwrap();
             assert!(error.contains("neither the channels R, G and B"), "{error}");
         }
+    }
+
+    #[test]
+    fn many_channels_and_what_a_header_promises_take_no_time() {
+        let names: Vec<String> = (0..30_000).map(|i| format!("layer{i:05}.Z")).collect();
+        let bytes = file(&names.iter().map(String::as_str).collect::<Vec<_>>());
+        assert!(decode(&bytes).err().unwrap().contains("neither the channels R, G and B"));
+        let mut bytes = file(&["R", "G", "B"]);
+        // Both windows, with their corners.
+        let window = [0i32, 0, 1, 0].map(i32::to_le_bytes).concat();
+        let wide = [0i32, 0, 40_000, 40_000].map(i32::to_le_bytes).concat();
+        while let Some(at) = bytes.windows(16).position(|found| found == window) {
+            bytes[at..at + 16].copy_from_slice(&wide);
+        }
+        assert!(size(&bytes).unwrap_err().contains("40001x40001 texels in 3 channels"));
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! Layered OpenEXR files, ours or another program's, read back.
 
 use crate::export::ExportError;
-use exr::prelude::{AttributeValue, ReadChannels, ReadLayers, Text, Vec2, read};
+use crate::machine::require_memory;
+use exr::meta::header::Header;
+use exr::prelude::{AttributeValue, MetaData, ReadChannels, ReadLayers, Text, Vec2, read};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Cursor;
 use std::path::Path;
@@ -44,7 +46,8 @@ impl LayeredImage {
 /// If there is no such file, it is no OpenEXR file, or its parts differ in size.
 pub fn read_layers(path: &Path) -> Result<LayeredImage, ExportError> {
     let format = |reason: String| ExportError::Format { path: path.to_owned(), reason };
-    let bytes = std::fs::read(path).map_err(|source| ExportError::Read { path: path.to_owned(), source })?;
+    let bytes = scenes::file::read(path).map_err(|source| ExportError::Read { path: path.to_owned(), source })?;
+    require_size(&bytes).map_err(format)?;
     let reader = read().no_deep_data().largest_resolution_level().all_channels().all_layers().all_attributes();
     let image =
         reader.from_buffered(Cursor::new(bytes)).map_err(|e| format(format!("no readable OpenEXR image: {e}")))?;
@@ -70,6 +73,18 @@ pub fn read_layers(path: &Path) -> Result<LayeredImage, ExportError> {
     attributes.extend(image.attributes.other.iter().filter_map(described));
     let (layers, other_channels) = layers_of(channels);
     Ok(LayeredImage { width, height, layers, other_channels, attributes })
+}
+
+/// Refuses a file whose header promises more than there is memory for.
+fn require_size(bytes: &[u8]) -> Result<(), String> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)
+        .map_err(|error| format!("no readable OpenEXR image: {error}"))?;
+    let numbers = |header: &Header| {
+        header.layer_size.0 as u128 * header.layer_size.1 as u128 * header.channels.list.len() as u128
+    };
+    // They are kept as read, as `f32` and as colours.
+    let needed = 12 * meta.headers.iter().map(numbers).sum::<u128>();
+    require_memory(needed, "its image").map_err(|error| error.to_string())
 }
 
 /// A part's name counts only where its channels don't repeat it.

@@ -110,7 +110,7 @@ impl<'a, 't> Accessor<'a, 't> {
             "VEC4" => 4,
             "MAT4" => 16,
             other => {
-                let message = format!("has the type `{}`", super::document::shown(other));
+                let message = format!("has the type `{}`", crate::suggest::shown(other));
                 return wrong(message, "give SCALAR, VEC2, VEC3, VEC4 or MAT4");
             }
         };

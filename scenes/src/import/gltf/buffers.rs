@@ -5,9 +5,10 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use super::document::{Document, Item, shown};
+use super::document::{Document, Item};
 use super::schema::{Buffer, BufferView, Kind};
 use crate::error::SceneError;
+use crate::suggest::shown;
 
 /// What the objects of a file name, with their bytes.
 pub struct Asset<'t> {

@@ -41,7 +41,7 @@ pub fn write<'t>(index: usize, placed: &Placed<'t>, context: &mut Context<'_, 't
             ("orthographic", "extent", 2.0 * width.min(height), width / height)
         }
         (other, ..) => {
-            let message = format!("is of type `{}`, which it does not describe", super::document::shown(other));
+            let message = format!("is of type `{}`, which it does not describe", crate::suggest::shown(other));
             return Err(document.error(
                 &item,
                 message,

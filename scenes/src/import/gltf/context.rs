@@ -1,6 +1,6 @@
 //! What a translation knows while it goes on: what is written so far, and what has which name.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -8,6 +8,7 @@ use super::buffers::Asset;
 use super::image::Facts;
 use super::material::{Form, Written};
 use super::primitive::Piece;
+use crate::import::ledger::Names;
 use crate::import::translation::{Attachment, Lines, NoteKind, Notes, Place, named_from};
 
 /// The state of a translation.
@@ -28,7 +29,7 @@ pub struct Context<'a, 't> {
     pub notes: Notes,
     /// Meshes and images without a file.
     pub attachments: Vec<Attachment>,
-    taken: BTreeSet<String>,
+    taken: Names,
     /// What images are called, by their number.
     pub images: HashMap<usize, String>,
     /// What embedded images are called, by where their bytes begin and how many they are.
@@ -57,7 +58,7 @@ impl<'a, 't> Context<'a, 't> {
             emitters: Lines::default(),
             notes: Notes::default(),
             attachments: Vec::new(),
-            taken: BTreeSet::new(),
+            taken: Names::default(),
             images: HashMap::new(),
             embedded: HashMap::new(),
             facts: HashMap::new(),
@@ -85,11 +86,7 @@ impl<'a, 't> Context<'a, 't> {
 
     /// A name for a material that no other has.
     pub fn fresh_name(&mut self, wanted: &str) -> String {
-        let free = |name: &String| !self.taken.contains(name);
-        let first = std::iter::once(wanted.to_string());
-        let name = first.chain((2..).map(|n| format!("{wanted}_{n}"))).find(free).unwrap_or_default();
-        self.taken.insert(name.clone());
-        name
+        self.taken.fresh(wanted)
     }
 
     /// How the text names a file.

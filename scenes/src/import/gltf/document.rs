@@ -10,11 +10,10 @@ use serde_json::value::RawValue;
 use super::schema::{Kind, Root};
 use crate::error::SceneError;
 use crate::import::translation::Place;
+use crate::suggest::shown;
 
 /// How many bytes are read in all: what is small may be named often, and what is large rarely.
 const MOST_WORK: usize = 1 << 32;
-/// The longest name that messages tell whole.
-const LONGEST_NAME: usize = 40;
 
 /// A file's JSON.
 pub struct Document<'t> {
@@ -146,15 +145,6 @@ impl Item<'_> {
             None => format!("{kind} {index}"),
         }
     }
-}
-
-/// A text for messages: one line, not too long.
-pub fn shown(text: &str) -> String {
-    let mut short: String = text.chars().take(LONGEST_NAME).collect();
-    if short.len() < text.len() {
-        short.push('…');
-    }
-    short.escape_debug().to_string().replace("\\'", "'")
 }
 
 /// What serde_json says, without its place.

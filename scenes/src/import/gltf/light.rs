@@ -69,7 +69,7 @@ pub fn write<'t>(index: usize, placed: &Placed<'t>, context: &mut Context<'_, 't
             "spot"
         }
         other => {
-            let message = format!("has the type `{}`", super::document::shown(other));
+            let message = format!("has the type `{}`", crate::suggest::shown(other));
             return Err(document.error(&item, message, "give directional, point or spot"));
         }
     };

@@ -182,7 +182,7 @@ fn write<'t>(source: &Source<'t>, tint: Tint, context: &mut Context<'_, 't>) -> 
         context.ignore(place, "an `occlusionTexture`: light finds its own shadows");
     }
     for name in appearance.extensions.others.keys() {
-        context.approximate(place, format!("`{}` of materials is left out", super::document::shown(name)));
+        context.approximate(place, format!("`{}` of materials is left out", crate::suggest::shown(name)));
     }
     if !appearance.double_sided && opacity.is_none() && !model.transmits {
         context.approximate(place, "a material that is not `doubleSided` is seen from behind as well");
@@ -236,7 +236,7 @@ fn opacity<'t>(
         Some("BLEND") => None,
         Some("MASK") => Some(appearance.alpha_cutoff.unwrap_or(0.5)),
         Some(other) => {
-            let message = format!("has the `alphaMode` `{}`", super::document::shown(other));
+            let message = format!("has the `alphaMode` `{}`", crate::suggest::shown(other));
             return Err(context.asset.document.error(&source.item, message, "give OPAQUE, MASK or BLEND"));
         }
     };

@@ -236,7 +236,7 @@ impl Meshes {
                 name if name.starts_with("TEXCOORD_")
                     || name.starts_with("JOINTS_")
                     || name.starts_with("WEIGHTS_") => {}
-                name => context.ignore(place, format!("the attribute `{}`", super::document::shown(name))),
+                name => context.ignore(place, format!("the attribute `{}`", crate::suggest::shown(name))),
             }
         }
     }

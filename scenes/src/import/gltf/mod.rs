@@ -33,13 +33,14 @@ use std::path::Path;
 use buffers::Asset;
 use container::Container;
 use context::Context;
-use document::{Document, shown};
+use document::Document;
 use mesh::Meshes;
 
 use crate::builder::MeshData;
 use crate::error::SceneError;
 use crate::import::translation::{Lines, Place, SCENE_HEADER, Translation, quoted};
 use crate::import::viewpoint;
+use crate::suggest::shown;
 
 /// Extensions that a file may require.
 const EXTENSIONS: [&str; 17] = [

@@ -162,7 +162,7 @@ pub fn source<'t>(info: &TextureInfo, item: &Item<'t>, context: &Context<'_, 't>
         return Ok(source);
     }
     let message = match texture.extensions.keys().next() {
-        Some(name) => format!("has an image by `{}` alone, which is not read", super::document::shown(name)),
+        Some(name) => format!("has an image by `{}` alone, which is not read", crate::suggest::shown(name)),
         None => "has no image".to_string(),
     };
     Err(document.error(&by, message, "give it a PNG or JPEG as its `source`"))

@@ -1,11 +1,12 @@
 //! What a translation knows while it goes on: who is referred to by which name, where files are, and what is written so far.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::xml::{Element, Xml};
 use crate::error::SceneError;
-use crate::import::translation::{Attachment, Lines, MEMBER, NoteKind, Notes, Place, SHAPE, named_from};
+use crate::import::ledger::{Meshes, Missing, Names};
+use crate::import::translation::{Lines, MEMBER, NoteKind, Notes, Place, SHAPE, named_from};
 use crate::suggest::did_you_mean;
 
 /// How deep things may refer to others of their kind.
@@ -31,12 +32,12 @@ pub struct Context<'a> {
     /// What is to be told.
     pub notes: Notes,
     /// Meshes without a file.
-    pub attachments: Vec<Attachment>,
+    pub meshes: Meshes,
     /// Files that are not there.
-    missing: Vec<(Place, String)>,
+    missing: Missing,
     /// The materials written, by their element and by whether v runs the other way.
     pub material_names: BTreeMap<(*const Element, bool), String>,
-    taken: BTreeSet<String>,
+    taken: Names,
     /// How many things that refer to others are being read, each within the one before.
     nesting: usize,
     /// How many have been read.
@@ -49,8 +50,6 @@ pub struct Context<'a> {
     pub group_names: BTreeMap<*const Element, Option<String>>,
     /// How shapes begin that are written now: [`SHAPE`] or [`MEMBER`].
     pub header: &'static str,
-    /// How attachments are called, but for their number.
-    stem: String,
 }
 
 impl<'a> Context<'a> {
@@ -65,18 +64,18 @@ impl<'a> Context<'a> {
             shapes: Lines::default(),
             emitters: Lines::default(),
             notes: Notes::default(),
-            attachments: Vec::new(),
-            missing: Vec::new(),
+            meshes: Meshes::new(stem),
+            missing: Missing::default(),
             material_names: BTreeMap::new(),
-            taken: BTreeSet::from([super::bsdf::BLACK.to_string()]),
+            taken: Names::default(),
             nesting: 0,
             visits: 0,
             has_environment: false,
             groups: Lines::default(),
             group_names: BTreeMap::new(),
             header: SHAPE,
-            stem: stem.to_string(),
         };
+        context.fresh_name(super::bsdf::BLACK);
         context.collect_ids(&xml.root)?;
         Ok(context)
     }
@@ -166,11 +165,7 @@ impl<'a> Context<'a> {
 
     /// A name for a material or a group that no other has.
     pub fn fresh_name(&mut self, wanted: &str) -> String {
-        let free = |name: &String| !self.taken.contains(name);
-        let first = std::iter::once(wanted.to_string());
-        let name = first.chain((2..).map(|n| format!("{wanted}_{n}"))).find(free).unwrap_or_default();
-        self.taken.insert(name.clone());
-        name
+        self.taken.fresh(wanted)
     }
 
     /// Where a file is; `None`, and it is told later, where it is nowhere.
@@ -182,10 +177,7 @@ impl<'a> Context<'a> {
                 return found;
             }
         }
-        let item = (place.clone(), name.to_string());
-        if !self.missing.contains(&item) {
-            self.missing.push(item);
-        }
+        self.missing.add(name, place);
         None
     }
 
@@ -194,24 +186,10 @@ impl<'a> Context<'a> {
         named_from(path, &self.base)
     }
 
-    /// Keeps a mesh that has no file, and returns its name.
-    pub fn attach(&mut self, text: String) -> String {
-        if let Some(same) = self.attachments.iter().find(|attachment| attachment.bytes == text.as_bytes()) {
-            return same.name.clone();
-        }
-        let name = format!("{}_mesh{:03}.obj", self.stem, self.attachments.len() + 1);
-        self.attachments.push(Attachment { name: name.clone(), bytes: text.into_bytes() });
-        name
-    }
-
     /// Tells of all files that were not found, in one error.
     pub fn check_files(&self) -> Result<(), SceneError> {
-        let Some((place, _)) = self.missing.first() else { return Ok(()) };
-        let list: Vec<String> = self.missing.iter().map(|(at, name)| format!("`{name}` (line {})", at.line)).collect();
         let folders: Vec<String> = self.folders.iter().map(|folder| shown(folder)).collect();
-        let message = format!("{} files are not there: {}", list.len(), list.join(", "));
-        let message = if list.len() == 1 { message.replacen("1 files are", "a file is", 1) } else { message };
-        Err(place.error(message, format!("they were looked for in {}", folders.join(", "))))
+        self.missing.check(&folders.join(", "))
     }
 }
 

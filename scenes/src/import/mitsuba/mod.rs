@@ -74,7 +74,7 @@ pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, Sc
     for part in [camera, context.materials, context.groups, context.shapes, context.emitters] {
         head.append(part);
     }
-    Ok(Translation::new(head, context.attachments, context.notes))
+    Ok(Translation::new(head, context.meshes.all(), context.notes))
 }
 
 /// How far the series goes: `max_depth` counts the vertices of a path beyond the camera's, one more than its order.

@@ -9,6 +9,7 @@ use sampling::{Vec2, Vec3};
 
 use crate::builder::MeshData;
 use crate::error::SceneError;
+use crate::file::Unpacked;
 
 const MAGIC: u16 = 0x041c;
 const HAS_NORMALS: u32 = 0x1;
@@ -42,7 +43,7 @@ fn decode(bytes: &[u8], index: usize) -> Result<Serialized, String> {
     }
     let start = if index == 0 { 0 } else { offset(bytes, index, version)? };
     let stream = bytes.get(start.saturating_add(4)..).ok_or("a mesh begins beyond the file's end")?;
-    let mut stream = Stream(ZlibDecoder::new(stream));
+    let mut stream = Stream(Unpacked::new(ZlibDecoder::new(stream), stream.len() as u64));
     let flags = stream.u32()?;
     if version == 4 {
         stream.skip_name()?;
@@ -94,7 +95,7 @@ fn offset(bytes: &[u8], index: usize, version: u16) -> Result<usize, String> {
     usize::try_from(u64::from_le_bytes(number)).map_err(|_| "a mesh begins beyond the file's end".to_string())
 }
 
-struct Stream<'b>(ZlibDecoder<&'b [u8]>);
+struct Stream<'b>(Unpacked<ZlibDecoder<&'b [u8]>>);
 
 impl Stream<'_> {
     /// So many bytes; memory is taken as they come, whatever a header promises.
@@ -201,5 +202,15 @@ pub mod tests {
         encoder.write_all(&[b'n'; 1_000_000]).unwrap();
         let endless = [&b"\x1c\x04\x04\x00"[..], &encoder.finish().unwrap()].concat();
         assert!(decode(&endless, 0).is_err_and(|message| message.contains("name of a mesh does not end")));
+    }
+
+    #[test]
+    fn a_mesh_of_nothing_but_zeros_does_not_fill_the_memory() {
+        let mut encoder = ZlibEncoder::new(Vec::new(), Compression::fast());
+        let header = [&0x1000u32.to_le_bytes()[..], b"\0", &(1u64 << 26).to_le_bytes(), &1u64.to_le_bytes()].concat();
+        encoder.write_all(&header).unwrap();
+        std::io::copy(&mut std::io::repeat(0).take(100 << 20), &mut encoder).unwrap();
+        let bytes = [&b"\x1c\x04\x04\x00"[..], &encoder.finish().unwrap()].concat();
+        assert!(decode(&bytes, 0).is_err_and(|message| message.contains("more than 200 times as large")));
     }
 }

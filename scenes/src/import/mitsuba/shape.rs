@@ -230,7 +230,7 @@ fn sphere<'a>(plugin: &Plugin<'a>, transform: DMat4, context: &mut Context<'a>) 
         });
     }
     context.approximate(plugin.place(), "a sphere that its transform stretches becomes a mesh");
-    let file = context.attach(mesh::obj(&mesh::sphere(center, radius)));
+    let file = context.meshes.keep(mesh::obj(&mesh::sphere(center, radius)));
     Ok(Form::new("mesh", vec![("file", quoted(&file))], transform))
 }
 
@@ -244,7 +244,7 @@ fn cylinder<'a>(plugin: &Plugin<'a>, transform: DMat4, context: &mut Context<'a>
         return Ok(Form::new("cylinder", keys, transform));
     }
     context.approximate(plugin.place(), "a cylinder that its transform stretches becomes a mesh");
-    let file = context.attach(mesh::obj(&mesh::tube(from, to, radius)));
+    let file = context.meshes.keep(mesh::obj(&mesh::tube(from, to, radius)));
     Ok(Form::new("mesh", vec![("file", quoted(&file))], transform))
 }
 
@@ -304,7 +304,7 @@ fn mesh_file<'a>(plugin: &Plugin<'a>, transform: DMat4, context: &mut Context<'a
         );
         data.normals = normals;
     }
-    let file = context.attach(mesh::obj(&data));
+    let file = context.meshes.keep(mesh::obj(&data));
     Ok(Some(form(&file, has_normals && !of_faces)))
 }
 

@@ -21,6 +21,8 @@ const MAX_ELEMENTS: usize = 4_000_000;
 const MAX_ATTRIBUTES: usize = 4096;
 /// How many files may be included in all.
 const MAX_FILES: usize = 10_000;
+/// In how many folders files may be looked for.
+const MAX_FOLDERS: usize = 1000;
 /// How many bytes attributes may gain, all together, when parameters are filled in.
 const MAX_FILLED: usize = 1 << 26;
 
@@ -236,7 +238,19 @@ impl Reader {
         let Some(value) = element.attribute("value") else {
             return Err(element.place.error("`path` lacks its `value`", "name a folder"));
         };
-        self.folders.push(self.folders[0].join(value));
+        let folder = self.folders[0].join(value);
+        self.add_folder(folder, &element.place)
+    }
+
+    fn add_folder(&mut self, folder: PathBuf, place: &Place) -> Result<(), SceneError> {
+        if self.folders.contains(&folder) {
+            return Ok(());
+        }
+        if self.folders.len() >= MAX_FOLDERS {
+            let message = format!("files are to be looked for in more than {MAX_FOLDERS} folders");
+            return Err(place.error(message, "put more of them into one folder"));
+        }
+        self.folders.push(folder);
         Ok(())
     }
 
@@ -270,9 +284,7 @@ impl Reader {
         })?;
         let root = self.file(&path, &bytes)?;
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        if !self.folders.contains(&folder) {
-            self.folders.push(folder);
-        }
+        self.add_folder(folder, &element.place)?;
         Ok(root.children)
     }
 }

@@ -1,13 +1,13 @@
 //! What a translation knows while it goes on: what has which name, where files are, and what is written so far.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::hash::{DefaultHasher, Hash, Hasher};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use super::parameters::Parameters;
 use crate::error::SceneError;
-use crate::import::translation::{Attachment, Lines, NoteKind, Notes, Place, named_from};
+use crate::import::ledger::{Meshes, Missing, Names};
+use crate::import::translation::{Lines, NoteKind, Notes, Place, named_from};
 
 /// How deep textures and materials may refer to others of their kind.
 const MAX_NESTING: usize = 32;
@@ -20,8 +20,6 @@ pub struct Context {
     folder: PathBuf,
     /// Where paths start that the text names.
     base: PathBuf,
-    /// How attachments are called, but for their number.
-    stem: String,
     /// What is written so far.
     pub materials: Lines,
     /// What is written so far.
@@ -31,9 +29,8 @@ pub struct Context {
     /// What is to be told.
     pub notes: Notes,
     /// Meshes without a file.
-    pub attachments: Vec<Attachment>,
-    by_hash: HashMap<u64, Vec<usize>>,
-    missing: Vec<(Place, String)>,
+    pub meshes: Meshes,
+    missing: Missing,
     /// Textures of numbers, by name.
     pub float_textures: BTreeMap<String, Rc<Parameters>>,
     /// Textures of colours, by name.
@@ -42,7 +39,7 @@ pub struct Context {
     pub named_materials: BTreeMap<String, Rc<Parameters>>,
     /// Materials written, by what they are and by their mask.
     pub written: BTreeMap<(String, String), String>,
-    taken: BTreeSet<String>,
+    taken: Names,
     nesting: usize,
     visits: usize,
     /// Whether there is an environment.
@@ -57,19 +54,17 @@ impl Context {
         Self {
             folder: path.parent().unwrap_or(Path::new("")).to_path_buf(),
             base: base.to_path_buf(),
-            stem: stem.to_string(),
             materials: Lines::default(),
             shapes: Lines::default(),
             emitters: Lines::default(),
             notes: Notes::default(),
-            attachments: Vec::new(),
-            by_hash: HashMap::new(),
-            missing: Vec::new(),
+            meshes: Meshes::new(stem),
+            missing: Missing::default(),
             float_textures: BTreeMap::new(),
             colour_textures: BTreeMap::new(),
             named_materials: BTreeMap::new(),
             written: BTreeMap::new(),
-            taken: BTreeSet::new(),
+            taken: Names::default(),
             nesting: 0,
             visits: 0,
             has_environment: false,
@@ -114,11 +109,7 @@ impl Context {
 
     /// A name for a material that no other has.
     pub fn fresh_name(&mut self, wanted: &str) -> String {
-        let free = |name: &String| !self.taken.contains(name);
-        let first = std::iter::once(wanted.to_string());
-        let name = first.chain((2..).map(|n| format!("{wanted}_{n}"))).find(free).unwrap_or_default();
-        self.taken.insert(name.clone());
-        name
+        self.taken.fresh(wanted)
     }
 
     /// Where a file is, from the folder of the file that names it or from the scene's; `None`, and it is told later, where it is
@@ -134,10 +125,7 @@ impl Context {
                 }
             }
         }
-        let item = (place.clone(), name.to_string());
-        if !self.missing.contains(&item) {
-            self.missing.push(item);
-        }
+        self.missing.add(name, place);
         None
     }
 
@@ -154,37 +142,10 @@ impl Context {
         named_from(path, &self.base)
     }
 
-    /// Keeps a mesh that has no file, and returns its name.
-    pub fn attach(&mut self, text: String) -> String {
-        let mut hasher = DefaultHasher::new();
-        text.hash(&mut hasher);
-        let alike = self.by_hash.entry(hasher.finish()).or_default();
-        if let Some(&same) = alike.iter().find(|&&i| self.attachments[i].bytes == text.as_bytes()) {
-            return self.attachments[same].name.clone();
-        }
-        alike.push(self.attachments.len());
-        let name = format!("{}_mesh{:03}.obj", self.stem, self.attachments.len() + 1);
-        self.attachments.push(Attachment { name: name.clone(), bytes: text.into_bytes() });
-        name
-    }
-
     /// Tells of all files that were not found, in one error.
     pub fn check_files(&self) -> Result<(), SceneError> {
-        let Some((place, _)) = self.missing.first() else { return Ok(()) };
-        let list: Vec<String> = self
-            .missing
-            .iter()
-            .map(|(at, name)| {
-                let name = super::lexer::shown(name);
-                if at.file == place.file { format!("`{name}` (line {})", at.line) } else { format!("`{name}` ({at})") }
-            })
-            .collect();
-        let message = match list.len() {
-            1 => format!("a file is not there: {}", list[0]),
-            n => format!("{n} files are not there: {}", list.join(", ")),
-        };
         let folder = if self.folder.as_os_str().is_empty() { Path::new(".") } else { &self.folder };
-        Err(place.error(message, format!("they were looked for in {}", folder.display())))
+        self.missing.check(&folder.display().to_string())
     }
 }
 

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use crate::error::SceneError;
 use crate::import::translation::Place;
+pub(super) use crate::suggest::shown;
 
 /// One word.
 #[derive(Clone, Debug, PartialEq)]
@@ -126,15 +127,6 @@ impl<'t> Lexer<'t> {
         }
         Ok(Cow::Owned(text))
     }
-}
-
-/// The beginning of a word, as errors show it.
-pub fn shown(word: &str) -> String {
-    let mut text: String = word.chars().take(40).collect();
-    if text.len() < word.len() {
-        text.push('…');
-    }
-    text.escape_debug().to_string()
 }
 
 #[cfg(test)]

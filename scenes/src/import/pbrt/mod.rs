@@ -58,5 +58,5 @@ pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, Sc
     for part in [camera, context.materials, groups, context.shapes, context.emitters] {
         head.append(part);
     }
-    Ok(Translation::new(head, context.attachments, context.notes))
+    Ok(Translation::new(head, context.meshes.all(), context.notes))
 }

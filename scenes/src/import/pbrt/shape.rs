@@ -95,7 +95,7 @@ pub fn read(parameters: &Parameters, keep: bool, context: &mut Context) -> Resul
                 context.note(NoteKind::Ignored, place, "a mesh without triangles");
                 return Ok(None);
             }
-            let file = context.attach(mesh::obj(&data));
+            let file = context.meshes.keep(mesh::obj(&data));
             let has_normals = !data.normals.is_empty();
             Geometry::Mesh { file, has_normals, triangles: keep.then_some(data) }
         }
@@ -196,7 +196,7 @@ fn form(record: &Record, context: &mut Context) -> (&'static str, Vec<(&'static 
                 let radius = radius * scale_of(&map);
                 return ("sphere", vec![("center", vector(center)), ("radius", number(radius))], DMat4::IDENTITY);
             }
-            let file = context.attach(mesh::obj(&mesh::sphere(DVec3::ZERO, radius)));
+            let file = context.meshes.keep(mesh::obj(&mesh::sphere(DVec3::ZERO, radius)));
             ("mesh", vec![("file", quoted(&file))], map)
         }
         Geometry::Cylinder { low, high, radius } => {
@@ -210,7 +210,7 @@ fn form(record: &Record, context: &mut Context) -> (&'static str, Vec<(&'static 
                 let ends = [from, to].map(|p| map.transform_point3(p));
                 return ("cylinder", keys(ends[0], ends[1], radius * scale_of(&map)), DMat4::IDENTITY);
             }
-            let file = context.attach(mesh::obj(&mesh::tube(from, to, radius)));
+            let file = context.meshes.keep(mesh::obj(&mesh::tube(from, to, radius)));
             ("mesh", vec![("file", quoted(&file))], map)
         }
     }

@@ -22,6 +22,8 @@ use crate::suggest::did_you_mean;
 const MAX_DEPTH: usize = 1000;
 /// How deep files may include one another.
 const MAX_INCLUDES: usize = 32;
+/// How many parameters things of a kind may have by `Attribute`.
+const MOST_USUAL: usize = 256;
 /// How many files may be included in all.
 const MOST_FILES: usize = 10_000;
 
@@ -297,6 +299,10 @@ impl<'c> State<'c> {
         let list = Rc::make_mut(&mut self.graphics.usual).entry(target.clone()).or_default();
         for parameter in statement.parameters {
             list.retain(|other| other.name != parameter.name);
+            if list.len() >= MOST_USUAL {
+                let message = format!("more than {MOST_USUAL} attributes are set of `{target}`");
+                return Err(parameter.place.error(message, "set fewer"));
+            }
             list.push(parameter);
         }
         Ok(())

@@ -2,6 +2,7 @@
 
 use std::io::Read as _;
 
+use flate2::read::MultiGzDecoder;
 use glam::DVec3;
 use sampling::Vec2;
 
@@ -10,6 +11,7 @@ use super::parameters::Parameters;
 use super::shape::Geometry;
 use crate::builder::MeshData;
 use crate::error::SceneError;
+use crate::file::Unpacked;
 use crate::import::mitsuba::mesh;
 use crate::import::ply;
 use crate::import::translation::NoteKind;
@@ -18,8 +20,6 @@ use crate::import::translation::NoteKind;
 const PIECES: usize = 8;
 /// How many triangles curved patches may be cut into, all of one mesh together.
 const MOST_PIECES: usize = 10_000_000;
-/// How large an unpacked file may be \[bytes\].
-const LARGEST_FILE: u64 = 1 << 31;
 
 /// `trianglemesh`, `bilinearmesh` or `loopsubdiv`.
 pub fn read(parameters: &Parameters, context: &mut Context) -> Result<MeshData, SceneError> {
@@ -142,12 +142,12 @@ pub fn ply(parameters: &Parameters, keep: bool, context: &mut Context) -> Result
     if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("gz")) {
         let file = crate::file::open(&path).map_err(unreadable)?;
         let mut bytes = Vec::new();
-        let mut unpacked = flate2::read::MultiGzDecoder::new(file).take(LARGEST_FILE);
-        unpacked.read_to_end(&mut bytes).map_err(unreadable)?;
+        let packed = file.metadata().map_err(unreadable)?.len();
+        Unpacked::new(MultiGzDecoder::new(file), packed).read_to_end(&mut bytes).map_err(unreadable)?;
         let data = ply::read(&bytes).map_err(|error| error.in_file(&path))?.mesh;
         context.note(NoteKind::Mapped, place, "a packed PLY becomes an OBJ");
         let has_normals = !data.normals.is_empty();
-        let file = context.attach(mesh::obj(&data));
+        let file = context.meshes.keep(mesh::obj(&data));
         return Ok(Geometry::Mesh { file, has_normals, triangles: keep.then_some(data) });
     }
     let triangles = if keep { Some(ply::open(&path)?.mesh) } else { None };

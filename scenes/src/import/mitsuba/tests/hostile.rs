@@ -161,6 +161,15 @@ fn a_million_attributes_or_includes_are_one_error() {
 }
 
 #[test]
+fn many_names_take_no_time_and_many_folders_are_refused() {
+    // Materials without an `id` are called by their line, which here is one.
+    let body = "<shape type=\"sphere\"><bsdf type=\"diffuse\"/></shape>".repeat(20_000);
+    assert_eq!(made_of(&body).text.matches("type = \"sided\"").count(), 20_000);
+    let folders: String = (0..1001).map(|i| format!("<path value=\"{i}\"/>")).collect();
+    assert!(fault(&folders).starts_with("a.xml:2: files are to be looked for in more than 1000 folders; put more"));
+}
+
+#[test]
 fn all_missing_files_are_named_at_once() {
     let body = "<shape type=\"obj\"><string name=\"filename\" value=\"../none.obj\"/></shape>\n\
                 <shape type=\"ply\"><string name=\"filename\" value=\"/nowhere/none.ply\"/></shape>\n\

@@ -101,6 +101,15 @@ fn missing_files_are_told_of_at_once() {
 }
 
 #[test]
+fn attributes_are_bounded_and_materials_without_names_take_no_time() {
+    let body: String = (0..257).map(|i| format!("Attribute \"shape\" \"float x{i}\" 1\n")).collect();
+    assert!(fault(&body).starts_with("a.pbrt:258: more than 256 attributes are set of `shape`; set fewer"));
+    let body = "Material \"diffuse\" Shape \"sphere\" ".repeat(20_000);
+    let folder = folder(&[("a.pbrt", &format!("{CAMERA}\n{body}"))]);
+    assert_eq!(open(&folder).unwrap().text.matches("[materials.").count(), 20_000);
+}
+
+#[test]
 fn circles_of_files_are_told_with_all_of_them() {
     let text = format!("{CAMERA}\nInclude \"b.pbrt\"");
     let folder = folder(&[("a.pbrt", &text), ("b.pbrt", "\nInclude \"c.pbrt\""), ("c.pbrt", "Include \"b.pbrt\"")]);

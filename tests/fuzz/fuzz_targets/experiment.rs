@@ -1,0 +1,4 @@
+//! Experiments.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| fuzz::experiment(bytes));

@@ -1,0 +1,4 @@
+//! Mitsuba's scenes.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| fuzz::scene("scene.xml", bytes));

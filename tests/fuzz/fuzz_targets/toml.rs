@@ -1,0 +1,4 @@
+//! Our own scene files.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| fuzz::scene("scene.toml", bytes));
