@@ -70,7 +70,7 @@ enum Tint {
     /// All of it by one number: the rest is of black patches.
     Share(f64),
     /// What is reflected and what passes, but for what is diffuse.
-    Colours([Texture; 2]),
+    Colours(Box<[Texture; 2]>),
 }
 
 /// The back of a material.
@@ -148,7 +148,7 @@ impl Description {
         }
         let varies = |(_, value): &(_, Value)| matches!(value, Value::Texture(texture) if texture.constant().is_none());
         if !self.keys.iter().any(varies) {
-            self.tint = Tint::Colours(factors);
+            self.tint = Tint::Colours(factors.into());
             return self;
         }
         let is_same = !self.transmits || factors[0] == factors[1];
@@ -234,7 +234,7 @@ impl Description {
                 ("mix", vec![first, second, ("amount", Value::Number(1.0 - share))])
             }
             Tint::Colours(factors) => {
-                let names = ["reflection", "transmission"].into_iter().zip(factors.clone());
+                let names = ["reflection", "transmission"].into_iter().zip(factors.iter().cloned());
                 let given = names.filter(|(_, factor)| factor.constant() != Some([1.0; 3]));
                 let of = ("of", Value::Word(whole));
                 ("tinted", [of].into_iter().chain(given.map(|(name, factor)| (name, factor.into()))).collect())
