@@ -1,4 +1,4 @@
-//! Deterministic automata of a set of expressions, by the construction of subsets [Rabin59].
+//! Deterministic automata of a set of expressions, by the construction of subsets \[Rabin59\].
 
 use super::MAX_STATES;
 use super::alphabet::Alphabet;

@@ -10,7 +10,7 @@ use std::fmt;
 pub enum Notation {
     /// From the camera `C` to the light `L`, as in `C<RD>.*L'key'`.
     Production,
-    /// From the light `L` to the eye `E`, as in `L(D|S)*E`: `S` is a delta scattering, `D` any other [Heckbert90].
+    /// From the light `L` to the eye `E`, as in `L(D|S)*E`: `S` is a delta scattering, `D` any other \[Heckbert90\].
     Lecture,
 }
 

@@ -1,4 +1,4 @@
-//! The smallest automaton of the same languages [Hopcroft71].
+//! The smallest automaton of the same languages \[Hopcroft71\].
 
 use super::dfa::Dfa;
 

@@ -2,7 +2,7 @@
 //!
 //! A path is the word `C x₁ … xₖ L` of its vertices, where k is its order. Of a scattering vertex an expression may ask what
 //! happened there ([`Event`], [`Scattering`]) and by which names the surface goes; of the light, by which names it goes.
-//! The notation is that of production renderers, `C<RD>.*L'key'`; the lecture's, `L(D|S)*E` from light to eye [Heckbert90], is
+//! The notation is that of production renderers, `C<RD>.*L'key'`; the lecture's, `L(D|S)*E` from light to eye \[Heckbert90\], is
 //! understood as well. Both are described in `docs/light_path_expressions.md`.
 //!
 //! In reading order:

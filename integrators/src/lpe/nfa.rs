@@ -1,4 +1,4 @@
-//! Non-deterministic automata of a set of expressions [Thompson68]; the camera, with which every path begins, is left out.
+//! Non-deterministic automata of a set of expressions \[Thompson68\]; the camera, with which every path begins, is left out.
 
 use super::alphabet::Predicate;
 use super::error::LpeError;
