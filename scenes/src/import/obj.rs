@@ -1,6 +1,6 @@
 //! Wavefront OBJ with its MTL libraries.
 //!
-//! The geometry is read by `tobj` from [texts](source) that have been checked and made plain first; faces may be any simple
+//! The geometry is read by `tobj` from texts that have been checked and made plain first; faces may be any simple
 //! polygons. `usemtl` and `g` divide it into groups, each of which becomes one shape, and one emitter if its material
 //! has `Ke`; the front of a face, which emits, is where its corners run counter-clockwise, or where its normals point
 //! if it has any. What becomes of a material is [`appearance`](super::appearance)'s rule.
