@@ -229,7 +229,7 @@ mod tests {
             let index = face * 7919 % count;
             let a = index / 2 / side * (side + 1) + index / 2 % side + 1;
             let [b, c, d] = [a + 1, a + side + 2, a + side + 1];
-            let corners = if index % 2 == 0 { [a, b, c] } else { [a, c, d] };
+            let corners = if index.is_multiple_of(2) { [a, b, c] } else { [a, c, d] };
             _ = match smooth {
                 true => writeln!(text, "f{}", corners.map(|i| format!(" {i}/{i}/{i}")).concat()),
                 false => writeln!(text, "f{}", corners.map(|i| format!(" {i}")).concat()),
@@ -242,7 +242,8 @@ mod tests {
     fn pieces_do_not_show() {
         let side = 120;
         let rare = |face: usize| if face % 9001 == 5 { format!("g part {face}\n") } else { String::new() };
-        let often = |face: usize| if face % 50 == 0 { format!("usemtl m{}\n", face / 50 % 3) } else { String::new() };
+        let often =
+            |face: usize| if face.is_multiple_of(50) { format!("usemtl m{}\n", face / 50 % 3) } else { String::new() };
         for (smooth, groups) in [(false, &rare as &dyn Fn(usize) -> String), (true, &rare), (true, &often)] {
             let text = grid(side, smooth, groups);
             let source = source::check(Path::new("a.obj"), &text).unwrap();

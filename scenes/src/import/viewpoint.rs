@@ -191,10 +191,8 @@ impl View {
                 }
                 nearest
             });
-            let join = |a: [Meeting; GRID * GRID], b: [Meeting; GRID * GRID]| {
-                std::array::from_fn(|ray| nearer(a[ray], b[ray]))
-            };
-            all = join(all, found.reduce(nothing, join));
+            let found = found.reduce(nothing, |a, b| std::array::from_fn(|ray| nearer(a[ray], b[ray])));
+            all.iter_mut().zip(found).for_each(|(all, found)| *all = nearer(*all, found));
         }
         let point =
             |(ray, (t, front)): (usize, Meeting)| t.is_finite().then(|| (self.origin + self.direction(ray) * t, front));
@@ -287,7 +285,7 @@ mod tests {
         // Triangles in disorder, of all sizes.
         let number = |i: usize| (i as f64 * 0.754_877_666).fract() - 0.5;
         let corner = |i: usize| {
-            let size = if i / 3 % 7 == 0 { 1.0 } else { 0.05 };
+            let size = if (i / 3).is_multiple_of(7) { 1.0 } else { 0.05 };
             let middle = DVec3::new(number(i / 3), number(i / 3 * 31 + 1), 0.3 * number(i / 3 * 77 + 5));
             middle + size * DVec3::new(number(i * 5), number(i * 13), number(i * 17))
         };
