@@ -123,7 +123,7 @@ fn a_bright_texel() {
 }
 
 /// What has no reference here has methods that must agree: glass, metal and plastic of scenes that others made, and the light of an
-/// environment. Light tracing is left out where connections to the camera meet narrow lobes, as on Veach's plates: its tail is not
+/// environment. Light tracing is left out where connections to the camera meet narrow lobes: its tail is not
 /// seen.
 #[test]
 fn methods_agree() {
@@ -132,7 +132,6 @@ fn methods_agree() {
         ("cornell-obj/CornellBox-Glossy.obj", 3, false),
         ("cornell-obj/CornellBox-Glass.obj", 1, false),
         ("coffee/pbrt/scene-v4.pbrt", 2, true),
-        ("veach-mis/mitsuba/scene_v3.xml", 1, true),
         ("ignis-eval/mitsuba/env.xml", 3, false),
         ("ignis-eval/mitsuba/room.xml", 3, false),
     ] {

@@ -76,7 +76,7 @@ impl Scene {
         }
     }
 
-    fn material_of(&self, it: &Interaction) -> MaterialId {
+    pub(crate) fn material_of(&self, it: &Interaction) -> MaterialId {
         self.surfaces[it.surface.0 as usize].material
     }
 

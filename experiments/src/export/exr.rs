@@ -321,7 +321,7 @@ mod tests {
         };
         assert_eq!(names(2, LayerSelection::BEAUTY), [""]);
         assert_eq!(names(1, LayerSelection::ALL), ["", "order00", "order01", "order02"]);
-        assert_eq!("orders, variance".parse(), Ok(LayerSelection::ALL));
+        assert_eq!("orders, variance,strategies,groups".parse(), Ok(LayerSelection::ALL));
         assert!("depth".parse::<LayerSelection>().unwrap_err().contains("`depth`"));
     }
 

@@ -82,13 +82,14 @@ fn both(random: &mut Random, count: usize, similarity: bool, skip: Skip) -> [Sce
     [built(placed, skip), built(copied, skip)]
 }
 
-fn alike(a: &Interaction, b: &Interaction) -> bool {
+/// Whether points of two scenes are alike; a copy's surface has a number of its own.
+fn alike(scenes: [&Scene; 2], a: &Interaction, b: &Interaction) -> bool {
     let near = |a: Vec3, b: Vec3, scale: f32| (a - b).length() <= 2e-5 * scale;
     (a.t - b.t).abs() <= 2e-5 * a.t.max(1.0)
         && near(a.point.p, b.point.p, 10.0)
         && near(a.point.ng, b.point.ng, 5.0)
         && near(a.ns(), b.ns(), 5.0)
-        && a.surface == b.surface
+        && scenes[0].material_of(a) == scenes[1].material_of(b)
 }
 
 #[test]
@@ -109,7 +110,7 @@ fn instances_are_met_where_copies_are() {
             assert_eq!(placed.occluded(&ray), hits[0].is_some());
             let same = match &hits {
                 [None, None] => true,
-                [Some(a), Some(b)] => alike(a, b),
+                [Some(a), Some(b)] => alike([&placed, &copied], a, b),
                 _ => false,
             };
             met += usize::from(hits[0].is_some());
@@ -176,7 +177,7 @@ fn what_varies_over_an_instance_varies_as_over_a_copy() {
         };
         let same = match (&a, &b) {
             (None, None) => true,
-            (Some(a), Some(b)) => alike(a, b) && frames(a, b) && values(a, b),
+            (Some(a), Some(b)) => alike([&placed, &copied], a, b) && frames(a, b) && values(a, b),
             _ => false,
         };
         met += usize::from(a.is_some());
@@ -237,14 +238,16 @@ fn all_crossings_of_instances_are_found() {
     for _ in 0..3000 {
         let ray = Ray::new(random.direction() * 9.0, random.direction());
         let through = random.direction() * 4.0 * random.next_1d();
-        let Some(hit) = scenes[1].intersect(&Ray { d: (through - ray.o).normalize(), ..ray }) else { continue };
-        if scenes[1].body_of(&hit).is_none() {
+        let ray = Ray { d: (through - ray.o).normalize(), ..ray };
+        let [Some(in_placed), Some(in_copied)] = [0, 1].map(|index| scenes[index].intersect(&ray)) else { continue };
+        if scenes[1].body_of(&in_copied).is_none() || scenes[0].body_of(&in_placed).is_none() {
             continue;
         }
+        let hits = [in_placed, in_copied];
         let axis = random.direction();
         let [placed, copied] = [0, 1].map(|index| {
             let mut points = Vec::new();
-            scenes[index].crossings(&hit, through, axis, &mut points);
+            scenes[index].crossings(&hits[index], through, axis, &mut points);
             points
         });
         crossings += copied.len();
