@@ -9,9 +9,9 @@ use integrators::{Layer, Measurement};
 use std::ops::Range;
 use std::path::Path;
 
-const BACKGROUND: [u8; 3] = [18, 20, 24];
-const INK: [u8; 3] = [236, 238, 242];
-const FAINT_INK: [u8; 3] = [150, 156, 168];
+pub(super) const BACKGROUND: [u8; 3] = [18, 20, 24];
+pub(super) const INK: [u8; 3] = [236, 238, 242];
+pub(super) const FAINT_INK: [u8; 3] = [150, 156, 168];
 /// Between tiles, and around the sheet [pixels].
 const GAP: usize = 12;
 /// Tiles narrower than this are enlarged by a whole factor, so that their labels fit [pixels].

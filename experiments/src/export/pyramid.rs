@@ -4,15 +4,11 @@
 //! Two pyramids stand one under the other: what each strategy estimates alone, under the exposure of its order, and what is left
 //! of it when all are weighted, under the same.
 
-use super::png::{Picture, exposure_of};
-use super::tone::Exposure;
+use super::png::{BACKGROUND, FAINT_INK, INK, Picture, exposure_of};
 use super::{ExportError, lettering};
 use integrators::{Measurement, Part, Quantity};
 use std::path::Path;
 
-const BACKGROUND: [u8; 3] = [18, 20, 24];
-const INK: [u8; 3] = [236, 238, 242];
-const FAINT_INK: [u8; 3] = [150, 156, 168];
 /// Between pictures, and around the sheet [pixels].
 const GAP: usize = 8;
 /// Height of a line of text [pixels].
@@ -73,14 +69,10 @@ fn sheet(m: &Measurement, title: &str) -> Picture {
             for Strategy { s, t, weighted } in row {
                 let x = label + indent + s * (width + GAP);
                 let layer = weighted + usize::from(raw);
-                sheet.paste(&picture(m, layer, exposure, shrink).enlarged(enlarge), x, y);
+                sheet.paste(&Picture::of(m, Some(layer), exposure, shrink).enlarged(enlarge), x, y);
                 sheet.letter(&format!("s {s}  t {t}"), x, y + height, FAINT_INK);
             }
         }
     }
     sheet
-}
-
-fn picture(m: &Measurement, layer: usize, exposure: Exposure, shrink: usize) -> Picture {
-    Picture::of(m, Some(layer), exposure, shrink)
 }
