@@ -3,7 +3,8 @@
 mod args;
 
 pub use args::{
-    BsdfArgs, ConvertArgs, DiffArgs, ListArgs, ListKind, LpeArgs, RelightArgs, RenderArgs, RunArgs, SceneArgs,
+    BsdfArgs, ConvertArgs, DiffArgs, ImageArgs, ListArgs, ListKind, LpeArgs, RelightArgs, RenderArgs, ReplayArgs,
+    RunArgs, SceneArgs, VerifyArgs,
 };
 
 use crate::error::{BAD_INPUT, Error, Status};
@@ -11,8 +12,8 @@ use crate::machine::VERSION;
 use crate::progress::Verbosity;
 use crate::stop::Stop;
 use crate::{
-    bsdf, convert_command, diff_command, list_command, lpe_command, relight_command, render_command, run_command,
-    scene_command,
+    bsdf, convert_command, diff_command, list_command, lpe_command, relight_command, render_command, replay_command,
+    run_command, scene_command, verify_command,
 };
 use clap::{Parser, Subcommand};
 use integrators::Methods;
@@ -40,6 +41,10 @@ pub enum Command {
     Run(RunArgs),
     /// Render one scene with one method.
     Render(RenderArgs),
+    /// Trace one sample of an image again, and print its paths vertex by vertex.
+    Replay(ReplayArgs),
+    /// Test whether the methods agree with one another, and with the truth where it is known.
+    Verify(VerifyArgs),
     /// Say what a scene holds, what it needs, and what will be skipped.
     Scene(SceneArgs),
     /// Write another program's scene (Mitsuba's .xml, .pbrt, .gltf, .glb, or .obj) as a scene file.
@@ -83,6 +88,8 @@ fn execute(cli: &Cli, methods: &Methods) -> Result<Status, Error> {
     match cli.command.as_ref().unwrap_or(&default) {
         Command::Run(args) => run_command::run(args, methods, verbosity, &signals()?),
         Command::Render(args) => render_command::render(args, methods, verbosity, &signals()?),
+        Command::Replay(args) => replay_command::replay(args, methods, verbosity),
+        Command::Verify(args) => verify_command::verify(args, methods, verbosity, &signals()?),
         Command::Scene(args) => scene_command::scene(args, methods, verbosity),
         Command::Convert(args) => convert_command::convert(args),
         Command::Relight(args) => relight_command::relight(args),
@@ -137,7 +144,8 @@ mod tests {
     fn defaults_are_those_of_the_contract() {
         let cli = Cli::parse_from(["neumann", "render", "furnace"]);
         let Some(Command::Render(args)) = cli.command else { panic!("not a render") };
-        assert_eq!((args.method.as_str(), args.max_order, args.replicates, args.seed), ("path", None, 4, 0));
-        assert_eq!((args.spp, args.tail, args.layers), (None, false, LayerSelection::default()));
+        let image = &args.image;
+        assert_eq!((image.method.as_str(), image.max_order, image.replicates, image.seed), ("path", None, 4, 0));
+        assert_eq!((image.spp, image.tail, args.layers), (None, false, LayerSelection::default()));
     }
 }

@@ -5,8 +5,11 @@ pub use samplers::Samplers;
 use sampling::filter::Filter;
 use sampling::sampler::SamplerKind;
 use serde::{Deserialize, Serialize};
+pub use sizes::Sizes;
 
 mod samplers;
+mod sizes;
+mod sweep;
 
 /// An experiment: every method in every scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,9 +46,9 @@ pub struct Experiment {
     /// Sampler, or several of them, with each of which every method is run.
     #[serde(default)]
     pub sampler: Samplers,
-    /// Image size `[width, height]`; the scene's own where it is left out.
+    /// Image size `[width, height]`, or a list of sizes, in each of which every scene is rendered; the scene's own where it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub size: Option<[u32; 2]>,
+    pub size: Option<Sizes>,
     /// Variance against samples; left out, it is not measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub convergence: Option<Convergence>,
@@ -63,7 +66,7 @@ pub struct MethodEntry {
     /// What the results call it; its name, with the settings where a name occurs twice, if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub label: Option<String>,
-    /// The settings that differ from the defaults.
+    /// The settings that differ from the defaults; a list of values stands for a method with each of them.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     pub settings: toml::Table,
 }
@@ -142,9 +145,7 @@ impl Experiment {
         if self.max_order > HIGHEST_ORDER {
             return fault("max_order", format!("max_order {} is above {HIGHEST_ORDER}", self.max_order));
         }
-        if self.size.is_some_and(|size| size.contains(&0)) {
-            return fault("size", "width and height must be at least 1, such as size = [256, 256]");
-        }
+        self.size.as_ref().map_or(Ok(()), Sizes::check).or_else(|message| fault("size", message))?;
         self.sampler.check().or_else(|message| fault("sampler", message))?;
         self.check_budget()?;
         for (key, measured) in [("convergence", &self.convergence), ("integrals", &self.integrals)] {
@@ -254,7 +255,7 @@ mod tests {
     #[test]
     fn the_listed_keys_are_those_of_the_struct() {
         let mut experiment = Source::open("samplers").unwrap().parse().unwrap();
-        (experiment.seconds, experiment.size) = (Some(1.0), Some([4, 4]));
+        (experiment.seconds, experiment.size) = (Some(1.0), Some(Sizes(vec![[4, 4]])));
         let mut known = Experiment::KEYS.to_vec();
         known.sort_unstable();
         let mut table: Vec<String> = toml::Table::try_from(&experiment).unwrap().keys().cloned().collect();

@@ -3,13 +3,16 @@
 //! In reading order:
 //!
 //! - [`cli`]: the command line; [`error`]: what can go wrong, and how the program ends; [`settings`]: `--set key=value`;
-//! - one file a command: [`run_command`], [`render_command`], [`scene_command`], [`convert_command`], [`diff_command`], [`list_command`],
+//! - one file a command: [`run_command`], [`render_command`], [`replay_command`], [`verify_command`],
+//!   [`scene_command`], [`convert_command`], [`diff_command`], [`list_command`],
 //!   [`lpe_command`], [`mod@bsdf`];
 //! - [`config`]: experiments; [`source`]: their files; [`plan`]: an experiment made ready and checked; [`runner`]: methods interleaved, replicate
-//!   by replicate; [`budget`]: samples, seconds, threads; [`result`]: what an experiment leaves behind;
+//!   by replicate; [`budget`]: samples, seconds, threads; [`subject`]: a
+//!   scene and a method, ready for one image; [`result`]: what an experiment leaves behind;
 //! - [`convergence`]: variance against samples and its slope; [`ratio`]: samplers against one another; [`integrals`]: integrals of
 //!   known value, to try samplers on; [`agreement`]: do two methods have the same mean?
-//!   [`path_class`]: the light that a method cannot carry;
+//!   [`path_class`]: the light that a method cannot carry; [`replay`]: one sample's paths, vertex by vertex; [`fireflies`]: those
+//!   that bring most;
 //!   [`metrics`]: how far one image is from another;
 //! - [`record`]: `records.csv` and `manifest.json`; [`statistics_file`]: `--stats`; [`export`]: images; [`plot`], [`report`]:
 //!   what people look at; [`output`]: where all of that goes, whole or not at all;
@@ -25,6 +28,7 @@ pub mod convert_command;
 pub mod diff_command;
 pub mod error;
 pub mod export;
+pub mod fireflies;
 pub mod integrals;
 pub mod list_command;
 pub mod lpe_command;
@@ -40,6 +44,8 @@ pub mod ratio;
 pub mod record;
 pub mod relight_command;
 pub mod render_command;
+pub mod replay;
+pub mod replay_command;
 pub mod report;
 pub mod result;
 pub mod run_command;
@@ -49,3 +55,5 @@ pub mod settings;
 pub mod source;
 pub mod statistics_file;
 pub mod stop;
+pub mod subject;
+pub mod verify_command;

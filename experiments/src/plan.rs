@@ -1,7 +1,7 @@
 //! An experiment made ready: scenes loaded, methods built, and everything checked before any ray is traced.
 
 use crate::budget::{Budget, file_name};
-use crate::config::{Experiment, MethodEntry};
+use crate::config::{Experiment, MethodEntry, Sizes};
 use crate::error::Error;
 use crate::machine::require_memory;
 use crate::settings::{differences, table_to_json};
@@ -75,7 +75,7 @@ impl Plan {
         let list = format!("{}-{}", carried.start(), carried.end());
         let orders = Orders::parse(&list, max_order).unwrap_or_else(|_| Orders::up_to(max_order));
         let tail = self.experiment.tail && *carried.end() == max_order;
-        crate::render_command::render_settings(method, orders, tail, self.experiment.seed, planned.sampler)
+        crate::subject::render_settings(method, orders, tail, self.experiment.seed, planned.sampler)
     }
 
     fn check_support(&self) -> Result<(), Error> {
@@ -106,15 +106,22 @@ impl Plan {
 
 /// Every method with every sampler, methods in turn.
 fn planned_methods(source: &Source, experiment: &Experiment, registry: &Methods) -> Result<Vec<PlannedMethod>, Error> {
-    let (entries, samplers) = (&experiment.methods, &experiment.sampler.0);
+    let samplers = &experiment.sampler.0;
+    let blame = |i: usize, key: &str, message: String| source.blame(&format!("methods.{i}.{key}"), message);
+    // With the place of each in the file.
+    let mut entries: Vec<(usize, MethodEntry)> = Vec::new();
+    for (i, entry) in experiment.methods.iter().enumerate() {
+        let swept = entry.swept().map_err(|message| blame(i, "settings", message))?;
+        entries.extend(swept.into_iter().map(|entry| (i, entry)));
+    }
     let mut planned: Vec<PlannedMethod> = Vec::new();
-    for (i, entry) in entries.iter().enumerate() {
-        let blame = |key: &str, message: String| source.blame(&format!("methods.{i}.{key}"), message);
+    for (i, entry) in &entries {
+        let blame = |key: &str, message: String| blame(*i, key, message);
         let (method, setting) = built(entry, registry).map_err(|message| blame("name", message))?;
         if let Some(twin) = planned.iter().find(|p| p.method.name() == entry.name && p.setting == setting) {
             return Err(blame("name", format!("{} is listed twice with the same settings; leave one out", twin.entry)));
         }
-        let alone = entries.iter().filter(|other| other.name == entry.name).count() == 1;
+        let alone = entries.iter().filter(|(_, other)| other.name == entry.name).count() == 1;
         let name = match (&entry.label, alone || setting.is_empty()) {
             (Some(label), _) => file_name(label),
             (None, true) => entry.name.clone(),
@@ -147,17 +154,26 @@ fn built(entry: &MethodEntry, registry: &Methods) -> Result<(Box<dyn Integrator>
     Ok((method, setting))
 }
 
+/// Every scene in every size.
 fn planned_scenes(source: &Source, experiment: &Experiment) -> Result<Vec<PlannedScene>, Error> {
+    let sizes: Vec<Option<(u32, u32)>> = match &experiment.size {
+        Some(Sizes(sizes)) => sizes.iter().map(|&[width, height]| Some((width, height))).collect(),
+        None => vec![None],
+    };
     let mut planned: Vec<PlannedScene> = Vec::new();
     for name in &experiment.scenes {
-        let size = experiment.size.map(|[width, height]| (width, height));
         let path = source.scene(name);
-        let scene = scenes::load(&path, &LoadOptions { size, skip: Skip::Unneeded })?;
-        let name = file_name(&scene.name);
-        if planned.iter().any(|p| p.name == name) {
-            return Err(source.blame("scenes", format!("two scenes are called {name}; leave one out or rename it")));
+        for &size in &sizes {
+            let scene = scenes::load(&path, &LoadOptions { size, skip: Skip::Unneeded })?;
+            let name = match size.filter(|_| sizes.len() > 1) {
+                Some((width, height)) => file_name(&format!("{}_{width}x{height}", scene.name)),
+                None => file_name(&scene.name),
+            };
+            if planned.iter().any(|p| p.name == name) {
+                return Err(source.blame("scenes", format!("two scenes are called {name}; leave one out or rename it")));
+            }
+            planned.push(PlannedScene { name, source: path.clone(), scene });
         }
-        planned.push(PlannedScene { name, source: path, scene });
     }
     Ok(planned)
 }
@@ -183,7 +199,8 @@ mod tests {
             let source = Source::open(name).unwrap();
             let plan = Plan::new(&source, source.parse().unwrap(), &Methods::standard()).unwrap();
             let experiment = &plan.experiment;
-            assert_eq!(plan.methods.len(), experiment.methods.len() * experiment.sampler.0.len(), "{name}");
+            let methods: usize = experiment.methods.iter().map(|entry| entry.swept().unwrap().len()).sum();
+            assert_eq!(plan.methods.len(), methods * experiment.sampler.0.len(), "{name}");
         }
     }
 
@@ -193,6 +210,20 @@ mod tests {
         let planned = plan(&[&methods(", settings={mis=\"balance\"}")]).unwrap().methods;
         assert_eq!(planned.iter().map(|m| m.label.as_str()).collect::<Vec<_>>(), ["bdpt", "bdpt_mis_balance"]);
         assert!(message(&[&methods("")]).contains("twice"));
+    }
+
+    #[test]
+    fn lists_of_settings_and_sizes_are_swept() {
+        let plan =
+            plan(&["methods=[{name=\"bdpt\", settings={mis=[\"balance\", \"power\"]}}]", "size=[[4, 4], [8, 6]]"]);
+        let plan = plan.unwrap();
+        let labels: Vec<&str> = plan.methods.iter().map(|m| m.label.as_str()).collect();
+        let scenes: Vec<&str> = plan.scenes.iter().map(|s| s.name.as_str()).collect();
+        assert_eq!(labels, ["bdpt_mis_balance", "bdpt"]);
+        assert_eq!(scenes, ["cornell_box_4x4", "cornell_box_8x6"]);
+        assert_eq!(plan.scenes[1].scene.camera.height(), 6);
+        assert!(message(&["bdpt.mis=[]"]).contains("empty list"));
+        assert!(message(&["size=[[4, 4], [4, 4]]"]).contains("twice"));
     }
 
     #[test]

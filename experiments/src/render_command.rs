@@ -1,8 +1,7 @@
 //! `neumann render`: one scene, one method, one image with all its orders.
 
 use crate::budget::{self, Budget};
-use crate::cli::{RenderArgs, print};
-use crate::config::{self, HIGHEST_ORDER};
+use crate::cli::{ImageArgs, RenderArgs, print};
 use crate::error::{Error, Status};
 use crate::export::exr::{ImageMeta, write_measurement};
 use crate::export::pyramid;
@@ -12,20 +11,14 @@ use crate::output;
 use crate::parts;
 use crate::path_class;
 use crate::progress::{Progress, Verbosity, while_loading};
-use crate::settings;
 use crate::statistics_file::{Context, Seconds, Statistics};
 use crate::stop::Stop;
+use crate::subject::{DEFAULT_SPP, Subject};
 use integrators::render::{self, check_window};
-use integrators::{Integrator, Measurement, Methods, Orders, PartSettings, Render, RenderSettings, Window};
-use sampling::sampler::{Role, SamplerKind};
-use scenes::{Scene, Skip};
+use integrators::{Integrator, Measurement, Methods, PartSettings, Render, RenderSettings, Window};
+use scenes::Scene;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-
-/// Samples per pixel where none are asked for.
-const DEFAULT_SPP: u32 = 64;
-/// The last order where neither the command line nor the scene names one.
-const DEFAULT_MAX_ORDER: usize = 8;
 
 /// Renders and writes what was asked for.
 ///
@@ -38,7 +31,7 @@ pub fn render(args: &RenderArgs, methods: &Methods, verbosity: Verbosity, stop: 
     let write = Instant::now();
     write_measurement(&job.output, &measurement, &job.meta(), args.layers)?;
     if args.layers.strategies {
-        pyramid::write(&job.pyramid(), &measurement, &format!("{} in {}", args.method, job.scene.name))?;
+        pyramid::write(&job.pyramid(), &measurement, &format!("{} in {}", args.image.method, job.scene.name))?;
     }
     let seconds = Seconds { render: measurement.seconds(), write: write.elapsed().as_secs_f64(), ..job.seconds };
     if let Some(path) = &args.stats {
@@ -75,28 +68,14 @@ struct Job {
 
 impl Job {
     fn prepare(args: &RenderArgs, methods: &Methods) -> Result<Self, Error> {
-        let method = methods.build(&args.method, &settings::of_method(&args.set, &args.method)?)?;
-        let sampler = config::sampler(&args.sampler)?;
-        let filter = args.filter.as_deref().map(config::filter).transpose()?;
-        let budget = match (args.seconds, args.spp.unwrap_or(DEFAULT_SPP)) {
-            (Some(seconds), _) => Budget::seconds(seconds, args.replicates),
-            (None, spp) => Budget::samples(spp, args.replicates),
+        let ImageArgs { spp, replicates, .. } = args.image;
+        let budget = match (args.seconds, spp.unwrap_or(DEFAULT_SPP)) {
+            (Some(seconds), _) => Budget::seconds(seconds, replicates),
+            (None, spp) => Budget::samples(spp, replicates),
         };
         let budget = budget.map_err(Error::Usage)?;
-        let skip = if args.no_skip { Skip::Nothing } else { Skip::Unneeded };
-        let start = Instant::now();
-        let mut description = scenes::load::open(&args.scene, args.size)?;
-        if let Some(filter) = filter {
-            description.filter(filter);
-        }
-        let load = start.elapsed().as_secs_f64();
-        let scene = description.build(skip).map_err(|error| scenes::load::placed(error, &args.scene))?;
-        let seconds = Seconds { load, build: start.elapsed().as_secs_f64() - load, ..Seconds::default() };
-        let orders = orders(args, &scene)?;
-        // Who says which orders are wanted says so of the tail as well.
-        let tail = args.tail || (scene.series.tail && args.max_order.is_none() && args.orders.is_none());
+        let Subject { scene, method, settings, seconds } = Subject::load(&args.image, methods)?;
         let output = output_path(args, &scene)?;
-        let settings = render_settings(&*method, orders, tail, args.seed, sampler);
         let window = args.crop.clone().unwrap_or_else(|| Window::of(&scene));
         check_window(&scene, &window)?;
         let parts = parts::settings(args.layers, &args.lpe)?;
@@ -182,39 +161,9 @@ impl Job {
     }
 }
 
-/// The settings of a render whose number of samples is not known yet.
-pub fn render_settings(
-    method: &dyn Integrator,
-    orders: Orders,
-    tail: bool,
-    seed: u64,
-    sampler: SamplerKind,
-) -> RenderSettings {
-    RenderSettings {
-        orders,
-        tail,
-        samples_per_replicate: 1,
-        seed,
-        sampler,
-        instance: budget::instance(method, sampler),
-        role: Role::Estimate,
-    }
-}
-
-fn orders(args: &RenderArgs, scene: &Scene) -> Result<Orders, Error> {
-    let max_order = args.max_order.or(scene.series.max_order).unwrap_or(DEFAULT_MAX_ORDER);
-    if max_order > HIGHEST_ORDER {
-        return Err(Error::usage(format!("--max-order {max_order} is above {HIGHEST_ORDER}")));
-    }
-    match &args.orders {
-        Some(list) => Orders::parse(list, max_order).map_err(|e| Error::usage(format!("--orders: {e}"))),
-        None => Ok(Orders::up_to(max_order)),
-    }
-}
-
 /// Where the image goes; it and the statistics are known to be writable then.
 fn output_path(args: &RenderArgs, scene: &Scene) -> Result<PathBuf, Error> {
-    let default = || PathBuf::from(format!("{}_{}.exr", budget::file_name(&scene.name), args.method));
+    let default = || PathBuf::from(format!("{}_{}.exr", budget::file_name(&scene.name), args.image.method));
     let output = args.output.clone().unwrap_or_else(default);
     if output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
         let name = if output.is_dir() { output.join("image.exr") } else { output.with_extension("exr") };

@@ -2,6 +2,7 @@
 
 use crate::config::Experiment;
 use crate::convergence::Line;
+use crate::fireflies::FireflyRecord;
 use integrators::{Layer, Measurement};
 use sampling::sampler::SamplerKind;
 use serde::{Deserialize, Serialize};
@@ -24,6 +25,8 @@ pub struct ExperimentResult {
     pub ratios: Vec<RatioRow>,
     /// Integrals of known value by every sampler, samplers in turn; empty where none were asked for.
     pub integrals: Vec<IntegralResult>,
+    /// The largest contributions of every method, order by order.
+    pub fireflies: Vec<FireflyRecord>,
     /// Where, when and with what it ran.
     pub manifest: Manifest,
 }

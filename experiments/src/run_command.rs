@@ -1,10 +1,11 @@
 //! `neumann run`: an experiment from its file to its folder of results.
 
 use crate::cli::{RunArgs, print};
-use crate::config::{self, Experiment, Samplers};
+use crate::config::{self, Experiment, Samplers, Sizes};
 use crate::error::{Error, Status};
 use crate::export::exr::{ImageMeta, LayerSelection, write_measurement};
 use crate::export::png::write_contact_sheet;
+use crate::export::write_atomically;
 use crate::output::Folder;
 use crate::plan::Plan;
 use crate::progress::{Verbosity, while_loading};
@@ -12,7 +13,7 @@ use crate::record::{MANIFEST, StoredManifest};
 use crate::result::{AgreementRow, ExperimentResult, RatioRow, Verdict};
 use crate::source::Source;
 use crate::stop::Stop;
-use crate::{agreement, budget, convergence, ratio, record, report, runner, settings};
+use crate::{agreement, budget, convergence, fireflies, ratio, record, report, runner, settings};
 use integrators::Methods;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -42,11 +43,28 @@ pub fn run(args: &RunArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop)
         agreements.extend(agreement::compare(&of_scene));
         ratios.extend(ratio::of_scene(&of_scene));
     }
+    let mut largest = Vec::new();
+    for result in &methods {
+        let scene = plan.scenes.iter().find(|scene| scene.name == result.scene);
+        let planned = plan.methods.iter().find(|planned| planned.label == result.label);
+        if let (Some(scene), Some(planned)) = (scene, planned) {
+            largest.extend(fireflies::records(&plan, scene, planned, result)?);
+        }
+    }
     let slopes = methods.iter().flat_map(convergence::slopes).collect();
     let manifest = record::manifest(&plan, pool.current_num_threads(), started, stop.signal().is_none());
     let (name, experiment) = (plan.name.clone(), plan.experiment.clone());
-    let result =
-        ExperimentResult { name, experiment, methods, agreement: agreements, slopes, ratios, integrals, manifest };
+    let result = ExperimentResult {
+        name,
+        experiment,
+        methods,
+        agreement: agreements,
+        slopes,
+        ratios,
+        integrals,
+        fireflies: largest,
+        manifest,
+    };
 
     write_all(&folder, &result)?;
     folder.commit(&former.map(|f| f.files).unwrap_or_default(), MANIFEST)?;
@@ -71,7 +89,7 @@ fn changed(experiment: Experiment, args: &RunArgs) -> Result<Experiment, Error> 
         (experiment.spp, experiment.seconds) = (Some(spp), None);
     }
     if let Some((width, height)) = args.size {
-        experiment.size = Some([width, height]);
+        experiment.size = Some(Sizes(vec![[width, height]]));
     }
     if let Some(name) = &args.sampler {
         experiment.sampler = Samplers(vec![config::sampler(name)?]);
@@ -133,6 +151,8 @@ fn write_all(folder: &Folder, result: &ExperimentResult) -> Result<(), Error> {
         write_contact_sheet(&sheet, &method.measurement, &format!("{} in {}", method.label, method.scene))?;
     }
     record::write_records(&staging.join("records.csv"), result)?;
+    let fireflies = serde_json::to_string_pretty(&result.fireflies).unwrap_or_default() + "\n";
+    write_atomically(&staging.join("fireflies.json"), fireflies.as_bytes())?;
     report::write(staging, result)?;
     record::write_manifest(folder, &result.manifest)
 }

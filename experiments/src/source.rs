@@ -6,12 +6,16 @@ use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
 /// The experiments embedded in the program: names and files.
-pub const LIBRARY: [(&str, &str); 5] = [
+pub const LIBRARY: [(&str, &str); 9] = [
     ("comparison", include_str!("../library/comparison.toml")),
     ("convergence", include_str!("../library/convergence.toml")),
     ("furnace", include_str!("../library/furnace.toml")),
+    ("light_vs_path", include_str!("../library/light_vs_path.toml")),
+    ("mis_heuristics", include_str!("../library/mis_heuristics.toml")),
+    ("roulette", include_str!("../library/roulette.toml")),
     ("samplers", include_str!("../library/samplers.toml")),
     ("sobol", include_str!("../library/sobol.toml")),
+    ("unbiasedness", include_str!("../library/unbiasedness.toml")),
 ];
 
 /// An experiment's file, as found.
@@ -43,6 +47,11 @@ impl Source {
         let text = scenes::file::read_text(path).map_err(failed)?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Self { name, path: Some(path.to_owned()), text })
+    }
+
+    /// What a command makes up itself.
+    pub fn of_command(name: &str) -> Self {
+        Self { name: name.to_owned(), path: None, text: String::new() }
     }
 
     /// Reads the file; what it asks for is not checked yet, see [`Experiment::check`].

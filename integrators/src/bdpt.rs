@@ -25,7 +25,7 @@ use join::Join;
 use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
 use sampling::sampler::{Sampler, Subpath};
-use scenes::{LeSample, Needs, Rays, Scene, SurfacePoint, WeSample};
+use scenes::{LeSample, Needs, Rays, Scene, WeSample};
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU16;
 
@@ -168,11 +168,6 @@ impl Estimator for Bdpt {
     }
 }
 
-fn camera_vertex(scene: &Scene, at: SurfacePoint, beta: f32) -> PathVertex {
-    let site = Site::Camera(scene.camera.rays());
-    PathVertex { pdf_fwd: 1.0, ..PathVertex::first(site, at, Spectrum::splat(beta)) }
-}
-
 /// Traces the camera subpath into the scratch.
 fn trace_camera(
     scene: &Scene,
@@ -182,7 +177,7 @@ fn trace_camera(
     scratch: &mut Scratch,
 ) {
     scratch.camera.clear();
-    scratch.camera.push(camera_vertex(scene, start.at, start.weight));
+    scratch.camera.push(PathVertex::of_camera(scene, start.at, start.weight));
     let departure = Departure { ray: start.ray, beta: Spectrum::splat(start.weight), pdf: start.pdf_d };
     walk(scene, &strategies.camera, departure, sampler, &mut scratch.counters, &mut scratch.camera, 0);
     strategies.sum_camera(&mut scratch.camera);

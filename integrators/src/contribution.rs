@@ -5,9 +5,11 @@ use crate::vertex::PathVertex;
 use sampling::Vec2;
 use sampling::math::Spectrum;
 use scenes::EmitterId;
+use serde::{Deserialize, Serialize};
 
 /// How a path was built. It fixes the path's order, so order and technique cannot disagree.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Technique {
     /// A light subpath of `s` vertices joined to a camera subpath of `t`; order `s + t − 2`.
     Connect {

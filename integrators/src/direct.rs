@@ -2,19 +2,20 @@
 //!
 //! The smallest method in which emitter sampling, BSDF sampling and their combination can be compared [Veach97, §9.3].
 
-use crate::contribution::{Contribution, Sink, Technique};
+use crate::contribution::{Contribution, PathView, Sink, Technique};
 use crate::method::{Estimator, Pixel};
 use crate::next_event::{pdf_next_event, pdf_next_event_environment, sample_next_event, weight2};
 use crate::request::Request;
 use crate::scratch::Scratch;
 use crate::start::{CameraStart, start_camera};
 use crate::trail::{self, Bounce, Trails};
+use crate::vertex::PathVertex;
 use sampling::Vec3;
 use sampling::bsdf::TransportMode;
 use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
 use sampling::sampler::{Purpose, Sampler, Subpath};
-use scenes::{EmitterId, Interaction, Needs, Scene};
+use scenes::{EmitterId, Endpoint, Interaction, Needs, Scene};
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 
@@ -97,26 +98,39 @@ impl Estimator for Direct {
         let beta = Spectrum::splat(start.weight);
         scratch.counters.closest += 1;
         let classifier = request.parts().classifier().filter(|_| S::WANTS.classes);
-        let mut add = |(s, t), emitter, value: Spectrum, weight, trails: &mut Trails| {
+        let mut add = |(s, t), emitter, value: Spectrum, weight, trails: &mut Trails, path: PathView<'_>| {
             let Trails { camera, classes, .. } = trails;
             classes.clear();
             if let (Some(classifier), Some(emitter)) = (classifier, emitter) {
                 trail::end(classifier, camera.at(camera.last()), emitter, classes);
             }
             let plain = Contribution::new(raster, Technique::connect(s, t), beta * value, weight);
-            out.add(Contribution { emitter, classes, ..plain });
+            out.add(Contribution { emitter, classes, path, ..plain });
         };
         if let Some(classifier) = classifier {
             scratch.trails.camera.clear();
             scratch.trails.camera.begin(classifier.camera_start());
         }
+        // Shown to sinks that ask for vertices.
+        let mut camera: Vec<PathVertex> = Vec::new();
+        let d = start.ray.d;
+        if S::WANTS.vertices {
+            camera.push(PathVertex::of_camera(scene, start.at, start.weight));
+        }
         let Some(hit) = scene.intersect(&start.ray) else {
-            let le = scene.environment_le(start.ray.d);
-            return add((0, 2), scene.environment, le, 1.0, &mut scratch.trails);
+            if S::WANTS.vertices {
+                camera.extend(PathVertex::of_environment(scene, d, beta, start.pdf_d));
+            }
+            let path = PathView { light: &[], camera: &camera };
+            return add((0, 2), scene.environment, scene.environment_le(d), 1.0, &mut scratch.trails, path);
         };
-        let wo = -start.ray.d;
+        let wo = -d;
+        if S::WANTS.vertices {
+            camera.push(PathVertex::of_surface(&hit, d, beta, start.pdf_d, &camera[0]));
+        }
         if hit.emitter.is_some() {
-            add((0, 2), hit.emitter, scene.le(&hit, wo), 1.0, &mut scratch.trails);
+            let path = PathView { light: &[], camera: &camera };
+            add((0, 2), hit.emitter, scene.le(&hit, wo), 1.0, &mut scratch.trails, path);
         }
         if !request.wants(1) {
             return;
@@ -127,12 +141,20 @@ impl Estimator for Direct {
             ((0, 3), self.by_bsdf(scene, &hit, wo, sampler, scratch)),
         ];
         for (technique, found) in found {
-            let Some(Found { emitter, value, weight, wi, delta }) = found else { continue };
+            let Some(Found { emitter, value, weight, wi, delta, end }) = found else { continue };
             if let Some(classifier) = classifier {
                 let trail = &mut scratch.trails.camera;
                 trail.scatter(classifier, Subpath::Camera, 0, &Bounce { hit: &hit, wo, wi, delta });
             }
-            add(technique, Some(emitter), value, weight, &mut scratch.trails);
+            let end = S::WANTS.vertices.then(|| end.vertex(scene, emitter, wi, &camera[1])).flatten();
+            let path = match (&end, technique) {
+                (Some(end), (1, _)) => PathView { light: std::slice::from_ref(end), camera: &camera },
+                _ => {
+                    camera.extend(end);
+                    PathView { light: &[], camera: &camera }
+                }
+            };
+            add(technique, Some(emitter), value, weight, &mut scratch.trails, path);
         }
     }
 }
@@ -147,6 +169,27 @@ struct Found {
     wi: Vec3,
     /// Whether a delta lobe scattered it.
     delta: bool,
+    end: End,
+}
+
+/// Where light that was scattered once comes from.
+enum End {
+    Sampled(Endpoint),
+    /// By a direction of this weight and density [1/sr]: a surface, or nothing.
+    Met(Option<Interaction>, Spectrum, f32),
+}
+
+impl End {
+    /// As the next vertex after one that a walk reached.
+    fn vertex(&self, scene: &Scene, emitter: EmitterId, wi: Vec3, before: &PathVertex) -> Option<PathVertex> {
+        match *self {
+            End::Sampled(endpoint) => Some(PathVertex { wo: -wi, ..PathVertex::of_emitter(emitter, endpoint) }),
+            End::Met(Some(ref hit), weight, pdf) => {
+                Some(PathVertex::of_surface(hit, wi, before.beta * weight, pdf, before))
+            }
+            End::Met(None, weight, pdf) => PathVertex::of_environment(scene, wi, before.beta * weight, pdf),
+        }
+    }
 }
 
 impl Direct {
@@ -175,7 +218,8 @@ impl Direct {
         }
         let alone = self.strategy == Strategy::Emitter || event.delta;
         let weight = if alone { 1.0 } else { weight2(self.mis, event.pdf, pdf) };
-        Some(Found { emitter: event.emitter, value, weight, wi: event.wi, delta: false })
+        let end = End::Sampled(event.endpoint);
+        Some(Found { emitter: event.emitter, value, weight, wi: event.wi, delta: false, end })
     }
 
     /// Order 1 by a direction from the BSDF.
@@ -195,21 +239,21 @@ impl Direct {
         scratch.counters.bsdf_samples += 1;
         let sample = hit.sample(wo, uc, u, TransportMode::Radiance)?;
         scratch.counters.closest += 1;
-        let (emitter, le, pdf) = match scene.intersect(&hit.point.spawn(sample.wi)) {
+        let (emitter, le, pdf, end) = match scene.intersect(&hit.point.spawn(sample.wi)) {
             Some(next) => {
                 let emitter = next.emitter?;
                 let pdf = pdf_next_event(scene, &hit.point, emitter, &next, sample.wi);
-                (emitter, scene.le(&next, -sample.wi), pdf)
+                (emitter, scene.le(&next, -sample.wi), pdf, End::Met(Some(next), sample.weight, sample.pdf))
             }
             None => {
                 let emitter = scene.environment?;
                 let pdf = pdf_next_event_environment(scene, &hit.point, emitter, sample.wi);
-                (emitter, scene.environment_le(sample.wi), pdf)
+                (emitter, scene.environment_le(sample.wi), pdf, End::Met(None, sample.weight, sample.pdf))
             }
         };
         let delta = sample.lobe.is_delta();
         let alone = self.strategy == Strategy::Bsdf || delta;
         let weight = if alone { 1.0 } else { weight2(self.mis, sample.pdf, pdf) };
-        Some(Found { emitter, value: sample.weight * le, weight, wi: sample.wi, delta })
+        Some(Found { emitter, value: sample.weight * le, weight, wi: sample.wi, delta, end })
     }
 }

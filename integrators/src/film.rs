@@ -9,6 +9,7 @@
 
 pub use crate::block::{Block, Blocks, TILE, Window};
 use crate::contribution::{Contribution, Sink, Technique, Wants};
+use crate::fireflies::{Fireflies, size};
 use crate::measurement::Counters;
 use crate::method::Pixel;
 use crate::request::Request;
@@ -27,13 +28,16 @@ pub struct BlockFilm<'r> {
     /// The pixels that the film has.
     window: Window,
     tile: Window,
-    /// The pixel whose sample is taken, and the sample's weight.
+    /// The pixel whose sample is taken, the sample's number and its weight.
     pixel: (u32, u32),
+    sample: u32,
     weight: f32,
     sums: Vec<f64>,
     splats: Splats,
     /// Non-finite contributions, per layer.
     pub invalid: Vec<u64>,
+    /// The largest contributions, where they are asked for.
+    pub fireflies: Option<Fireflies>,
     /// Work done by the block.
     pub counters: Counters,
 }
@@ -48,11 +52,13 @@ impl<'r> BlockFilm<'r> {
             raster,
             tile: Window { x: 0..0, y: 0..0 },
             pixel: (0, 0),
+            sample: 0,
             weight: 1.0,
             sums: vec![0.0; pixels * layers * 3],
             splats: Splats::new(window.height().div_ceil(TILE) as usize),
             window,
             invalid: vec![0; request.layers().len()],
+            fireflies: request.keeps_fireflies().then(|| Fireflies::new(request.layers().len())),
             counters: Counters::default(),
         }
     }
@@ -72,6 +78,7 @@ impl<'r> BlockFilm<'r> {
         self.sums.fill(0.0);
         self.splats.clear();
         self.invalid.fill(0);
+        self.fireflies.iter_mut().for_each(Fireflies::start);
         self.counters = Counters::default();
     }
 
@@ -174,6 +181,11 @@ impl BlockFilm<'_> {
     fn counted(&mut self, c: &Contribution) -> Option<(usize, Spectrum)> {
         let layer = self.request.layer(c.technique.order())?;
         let value = c.value * c.weight as f32;
+        if let Some(fireflies) = &mut self.fireflies
+            && fireflies.takes(layer, size(value))
+        {
+            fireflies.keep(layer, c, (self.pixel, self.sample));
+        }
         if !value.is_finite() {
             self.invalid[layer] += 1;
             return None;
@@ -194,8 +206,8 @@ impl BlockFilm<'_> {
 
 /// A sink that is told whose pixel's sample is being taken.
 pub trait PixelSink: Sink {
-    /// Turns to a sample of a pixel of its tile, whose filter gives it this weight.
-    fn start_sample(&mut self, pixel: Pixel, weight: f32);
+    /// Turns to the sample of this number of a pixel of its tile, whose filter gives it this weight.
+    fn start_sample(&mut self, pixel: Pixel, number: u32, weight: f32);
 }
 
 impl Sink for BlockFilm<'_> {
@@ -211,8 +223,9 @@ impl Sink for BlockFilm<'_> {
 
 impl PixelSink for BlockFilm<'_> {
     #[inline]
-    fn start_sample(&mut self, pixel: Pixel, weight: f32) {
+    fn start_sample(&mut self, pixel: Pixel, number: u32, weight: f32) {
         self.pixel = (pixel.x, pixel.y);
+        self.sample = number;
         self.weight = weight;
     }
 }
@@ -250,8 +263,8 @@ impl Sink for PartsFilm<'_, '_> {
 
 impl PixelSink for PartsFilm<'_, '_> {
     #[inline]
-    fn start_sample(&mut self, pixel: Pixel, weight: f32) {
-        self.0.start_sample(pixel, weight);
+    fn start_sample(&mut self, pixel: Pixel, number: u32, weight: f32) {
+        self.0.start_sample(pixel, number, weight);
     }
 }
 

@@ -8,12 +8,14 @@
 //! - [`contribution`]: how a path was built ([`Technique`]), what a method hands over ([`Contribution`]) and to whom ([`Sink`]);
 //! - [`request`]: which orders are asked for;
 //! - [`method`]: the traits [`Estimator`] and [`Integrator`], and THE LIST of methods, [`Methods`];
-//! - the algorithms, one a file: [`direct`], [`path`], [`light`], [`bdpt`], with what they share: [`start`], [`vertex`], [`walk`],
+//! - the algorithms, one a file: [`direct`], [`path`], [`light`], [`bdpt`], and [`exact`], which
+//!   is the truth where that is known; with what they share: [`start`], [`vertex`], [`walk`],
 //!   [`connect`], [`next_event`], [`subsurface`], [`roulette`];
 //! - [`block`]: how work is cut into pieces; [`film`] and [`splats`]: one block's sums, and the film they are reduced into, in an
 //!   order that no thread can change;
 //! - [`parts`]: what an image is taken apart into besides orders; [`lpe`]: light-path expressions; [`trail`]: the classes of a path;
-//! - [`render`]: replicates; [`statistics`]: their moments; [`measurement`]: what comes out.
+//! - [`render`]: replicates; [`statistics`]: their moments; [`fireflies`]: the largest contributions, and how they are made again;
+//!   [`measurement`]: what comes out.
 //!
 //! This crate reads and writes no files, and draws its random numbers only through [`sampling::sampler`].
 
@@ -22,7 +24,9 @@ pub mod block;
 pub mod connect;
 pub mod contribution;
 pub mod direct;
+pub mod exact;
 pub mod film;
+pub mod fireflies;
 pub mod light;
 pub mod lpe;
 pub mod measurement;
@@ -45,6 +49,7 @@ pub mod walk;
 
 pub use block::Window;
 pub use contribution::{Contribution, PathView, Sink, Technique, Wants};
+pub use fireflies::{Fireflies, Firefly};
 pub use measurement::{Counters, Layer, Measurement};
 pub use method::{Estimator, Integrator, MethodError, Methods};
 pub use parts::{Part, PartSettings, PathClass, Quantity};

@@ -3,7 +3,7 @@
 //! The adjoint of path tracing without next-event estimation \[Dutre93\]: a particle's weight times the
 //! emitted importance of the camera is splatted where the connection meets the film.
 
-use crate::contribution::{Contribution, Sink, Technique};
+use crate::contribution::{Contribution, PathView, Sink, Technique};
 use crate::lpe::Classifier;
 use crate::method::{Estimator, Pixel};
 use crate::next_event::camera_response;
@@ -12,12 +12,13 @@ use crate::roulette::Roulette;
 use crate::scratch::Scratch;
 use crate::start::{LightStart, start_light};
 use crate::trail::{self, Bounce, Trails};
+use crate::vertex::{PathVertex, Site};
 use sampling::bsdf::TransportMode;
 use sampling::fault;
 use sampling::math::Spectrum;
 use sampling::sampler::{Purpose, Sampler, Subpath};
 use sampling::{Vec2, Vec3};
-use scenes::{EmitterId, EndpointKind, Interaction, Needs, Ray, Rays, Scene};
+use scenes::{EmitterId, EndpointKind, Interaction, LeSample, Needs, Ray, Rays, Scene, SurfacePoint};
 use serde::{Deserialize, Serialize};
 
 /// A light tracer's settings.
@@ -73,6 +74,12 @@ impl Estimator for Light {
             scratch.trails.light.clear();
             scratch.trails.light.begin(classifier.light_start(start.emitter.0 as usize));
         }
+        if S::WANTS.vertices {
+            let LeSample { endpoint, pdf_p, .. } = start.sample;
+            let first = PathVertex::first(Site::Emitter(start.emitter, endpoint), endpoint.at, Spectrum::ONE);
+            scratch.light.clear();
+            scratch.light.push(PathVertex { pdf_fwd: f64::from(pdf_p * start.pmf), ..first });
+        }
         if request.wants(0) {
             walk.connect_emitter(&start, sampler, scratch);
         }
@@ -96,7 +103,7 @@ impl<S: Sink> Walk<'_, S> {
         let emitted = start.beta();
         // What has become of the emitted flux: the part of the weight that roulette looks at.
         let mut throughput = Spectrum::ONE;
-        let mut ray = start.sample.ray;
+        let (mut ray, mut pdf) = (start.sample.ray, start.sample.pdf_d);
         let mut order = 0;
         while self.request.wants_from(order + 1) {
             scratch.counters.closest += 1;
@@ -104,6 +111,10 @@ impl<S: Sink> Walk<'_, S> {
             let wo = -ray.d;
             order += 1;
             sampler.start_vertex(Subpath::Light, order as u32);
+            if S::WANTS.vertices {
+                let before = scratch.light[scratch.light.len() - 1];
+                scratch.light.push(PathVertex::of_surface(&hit, ray.d, emitted * throughput, pdf, &before));
+            }
             if self.request.wants(order) && hit.is_connectable() {
                 self.connect(&hit, wo, emitted * throughput, order, sampler, scratch);
             }
@@ -128,6 +139,11 @@ impl<S: Sink> Walk<'_, S> {
                 let trail = &mut scratch.trails.light;
                 let bounce = Bounce { hit: &hit, wo, wi: sample.wi, delta: sample.lobe.is_delta() };
                 trail.scatter(classifier, Subpath::Light, trail.last(), &bounce);
+            }
+            if S::WANTS.vertices {
+                pdf = sample.pdf;
+                let last = scratch.light.len() - 1;
+                scratch.light[last].delta = sample.lobe.is_delta();
             }
             ray = hit.point.spawn(sample.wi);
         }
@@ -156,7 +172,7 @@ impl<S: Sink> Walk<'_, S> {
         if self.scene.occluded(&hit.point.segment_to(&camera.at)) {
             return;
         }
-        self.add(camera.raster, order, value, Some((hit, wo, camera.wi)), scratch);
+        self.add((camera.at, camera.raster), order, value, Some((hit, wo, camera.wi)), scratch);
     }
 
     /// Splats what the emitter's point itself sends into the camera. What is certain of direction or place is too
@@ -165,17 +181,17 @@ impl<S: Sink> Walk<'_, S> {
         let endpoint = &start.sample.endpoint;
         let camera = &self.scene.camera;
         let u = if self.scene.needs.pinhole { Vec2::ZERO } else { sampler.get_2d(Purpose::NextCamera) };
-        let (value, raster, ray) = match endpoint.kind {
+        let (value, film, ray) = match endpoint.kind {
             EndpointKind::Point | EndpointKind::Direction => return,
             EndpointKind::Surface => {
                 let Some(seen) = camera.sample_wi(endpoint.at.p, u) else { return };
                 let le = self.scene.le_at(start.emitter, &start.sample, seen.wi);
                 let geometry = endpoint.at.ng.dot(seen.wi).abs() * seen.we / seen.pdf;
-                (le * geometry, seen.raster, endpoint.at.segment_to(&seen.at))
+                (le * geometry, (seen.at, seen.raster), endpoint.at.segment_to(&seen.at))
             }
             EndpointKind::Infinite => {
-                let Some((ray, raster, response)) = self.towards_infinity(start, u) else { return };
-                (self.scene.environment_le(ray.d) * response, raster, ray)
+                let Some((at, ray, raster, response)) = self.towards_infinity(start, u) else { return };
+                (self.scene.environment_le(ray.d) * response, (at, raster), ray)
             }
         };
         scratch.counters.connections += 1;
@@ -186,28 +202,30 @@ impl<S: Sink> Walk<'_, S> {
         if self.scene.occluded(&ray) {
             return;
         }
-        self.add(raster, 0, value / (start.pmf * start.sample.pdf_p), None, scratch);
+        self.add(film, 0, value / (start.pmf * start.sample.pdf_p), None, scratch);
     }
 
-    /// A ray from the camera to where a walk comes from that starts infinitely far; where it meets the film; and what the camera
-    /// makes of the radiance along it, by the measure in which the start was sampled.
-    fn towards_infinity(&self, start: &LightStart, u: Vec2) -> Option<(Ray, Vec2, f32)> {
+    /// A ray from a point of the camera to where a walk comes from that starts infinitely far; where it meets the film; and what the
+    /// camera makes of the radiance along it, by the measure in which the start was sampled.
+    fn towards_infinity(&self, start: &LightStart, u: Vec2) -> Option<(SurfacePoint, Ray, Vec2, f32)> {
         let camera = &self.scene.camera;
         if camera.rays() == Rays::Parallel {
             // No sampled direction is that of the camera's rays: it is taken instead, for certain, at a place of the film.
             let (raster, area) = camera.raster().reached(u);
-            return Some((camera.sample_we(raster, Vec2::ZERO).ray, raster, start.sample.pdf_p * area));
+            let seen = camera.sample_we(raster, Vec2::ZERO);
+            return Some((seen.at, seen.ray, raster, start.sample.pdf_p * area));
         }
         // Any point of the lens will do.
         let (at, d) = (camera.sample_we(Vec2::ZERO, u).at, -start.sample.endpoint.at.ng);
         let (we_cos, raster) = camera_response(self.scene, &at, d)?;
-        Some((at.spawn(d), raster, we_cos))
+        Some((at, at.spawn(d), raster, we_cos))
     }
 
-    /// Hands a path over, whose last scattering towards the camera, if there is one, is at a point and between two directions.
+    /// Hands a path over to a point of the camera and a place on the film. Its last scattering, if there is one, is at a point and
+    /// between two directions.
     fn add(
         &mut self,
-        raster: Vec2,
+        (at, raster): (SurfacePoint, Vec2),
         order: usize,
         value: Spectrum,
         last: Option<(&Interaction, Vec3, Vec3)>,
@@ -229,6 +247,11 @@ impl<S: Sink> Walk<'_, S> {
             }
         }
         let classes = if self.classifier.is_some() { &classes[..] } else { &[] };
-        self.out.add(Contribution { emitter, classes, ..Contribution::new(raster, technique, value, 1.0) });
+        let camera = S::WANTS.vertices.then(|| PathVertex::of_camera(self.scene, at, 1.0));
+        let path = match &camera {
+            Some(camera) => PathView { light: &scratch.light, camera: std::slice::from_ref(camera) },
+            None => PathView::default(),
+        };
+        self.out.add(Contribution { emitter, classes, path, ..Contribution::new(raster, technique, value, 1.0) });
     }
 }

@@ -1,5 +1,6 @@
 //! What a render leaves behind: means, variances and covariances of every order, and what they cost.
 
+use crate::fireflies::Fireflies;
 use crate::parts::Part;
 use crate::statistics::BlockGrid;
 use sampling::fault;
@@ -115,6 +116,8 @@ pub struct Measurement {
     pub invalid: Vec<u64>,
     /// Work done.
     pub counters: Counters,
+    /// The largest contributions of every layer, where they were asked for.
+    pub fireflies: Fireflies,
 }
 
 impl Measurement {

@@ -1,6 +1,6 @@
 //! What a method is, and THE LIST of methods.
 
-use crate::contribution::{Sink, Technique};
+use crate::contribution::{Contribution, Sink, Technique};
 use crate::film::{Block, BlockFilm};
 use crate::request::Request;
 use crate::sampled::Sampled;
@@ -71,8 +71,8 @@ pub trait Estimator: Serialize + DeserializeOwned + Default + Send + Sync + 'sta
         true
     }
 
-    /// Why it cannot work in a scene that needs this, if so.
-    fn unsupported(&self, _needs: &Needs) -> Option<String> {
+    /// Why it cannot work in a scene, if so.
+    fn unsupported(&self, _scene: &Scene) -> Option<String> {
         None
     }
 
@@ -149,6 +149,20 @@ pub trait Integrator: Send + Sync {
         true
     }
 
+    /// Takes one sample of a replicate again, of the pixel in this column and row, and shows all that it contributes, with the
+    /// vertices of every path. False where the method has no samples that stand alone.
+    fn replay(
+        &self,
+        _scene: &Scene,
+        _request: &Request,
+        _replicate: Replicate,
+        _pixel: (u32, u32),
+        _sample: u32,
+        _show: &mut dyn FnMut(&Contribution),
+    ) -> bool {
+        false
+    }
+
     /// Starts a replicate.
     fn begin<'a>(&'a self, scene: &'a Scene, request: &'a Request, replicate: Replicate) -> Box<dyn Pass + 'a>;
 }
@@ -218,6 +232,7 @@ impl Methods {
             .with::<crate::path::Path>("path", "path tracing with next-event estimation and MIS")
             .with::<crate::light::Light>("light", "particle tracing from the emitters, connected to the camera")
             .with::<crate::bdpt::Bdpt>("bdpt", "bidirectional path tracing: every strategy (s, t), weighted by MIS")
+            .with::<crate::exact::Exact>("exact", "the closed form of a built-in scene's orders, where it has one")
     }
 
     /// Registers an estimator under a name; a later one of the same name replaces the earlier.

@@ -5,7 +5,7 @@
 //!
 //! At the boundary of a body a walk is reflected, or goes on from where light came in; that is one scattering.
 
-use crate::contribution::{Contribution, Sink, Technique};
+use crate::contribution::{Contribution, PathView, Sink, Technique};
 use crate::lpe::Classifier;
 use crate::method::{Estimator, Pixel};
 use crate::next_event::{Scattered, pdf_next_event, pdf_next_event_environment, sample_next_event, weight2};
@@ -15,6 +15,7 @@ use crate::scratch::Scratch;
 use crate::start::{CameraStart, start_camera};
 use crate::subsurface::enter;
 use crate::trail::{self, Bounce, Trails};
+use crate::vertex::PathVertex;
 use sampling::Vec2;
 use sampling::Vec3;
 use sampling::bsdf::TransportMode;
@@ -65,6 +66,8 @@ struct Walk<'a, S> {
     order: usize,
     /// `None` where only this walk can meet emitters: at the camera, after a delta lobe, without next-event estimation.
     last: Option<Scattering>,
+    /// Density of the walk's direction [1/sr], or the probability of a delta lobe's; kept for sinks that ask for vertices.
+    pdf: f32,
     /// Where classes are asked for, what tells them.
     classifier: Option<&'a Classifier>,
     out: &'a mut S,
@@ -127,7 +130,13 @@ impl Estimator for Path {
             scratch.trails.camera.clear();
             scratch.trails.camera.begin(classifier.camera_start());
         }
-        let mut walk = Walk { scene, request, settings: self, raster, beta, order: 0, last: None, classifier, out };
+        if S::WANTS.vertices {
+            scratch.camera.clear();
+            scratch.camera.push(PathVertex::of_camera(scene, sample.at, sample.weight));
+        }
+        let pdf = sample.pdf_d;
+        let mut walk =
+            Walk { scene, request, settings: self, raster, beta, order: 0, last: None, pdf, classifier, out };
         walk.run(sample.ray, sampler, scratch);
     }
 }
@@ -138,6 +147,10 @@ impl<S: Sink> Walk<'_, S> {
             scratch.counters.closest += 1;
             let Some(hit) = self.scene.intersect(&ray) else { return self.escape(ray.d, scratch) };
             let wo = -ray.d;
+            if S::WANTS.vertices {
+                let before = scratch.camera[scratch.camera.len() - 1];
+                scratch.camera.push(PathVertex::of_surface(&hit, ray.d, self.beta, self.pdf, &before));
+            }
             self.emission(&hit, wo, scratch);
             if !self.request.wants_from(self.order + 1) {
                 return;
@@ -170,7 +183,7 @@ impl<S: Sink> Walk<'_, S> {
                 fault!("emission_counted_twice", weight2(self.settings.mis, last.pdf, pdf), 1.0)
             }
         };
-        self.add(Technique::connect(0, self.order + 2), emitter, self.beta * le, weight, &mut scratch.trails);
+        self.add((0, &[]), emitter, self.beta * le, weight, scratch);
     }
 
     /// Adds what the environment sends along the walk.
@@ -187,7 +200,10 @@ impl<S: Sink> Walk<'_, S> {
             }
         };
         let le = self.scene.environment_le(direction);
-        self.add(Technique::connect(0, self.order + 2), emitter, self.beta * le, weight, &mut scratch.trails);
+        if S::WANTS.vertices {
+            scratch.camera.extend(PathVertex::of_environment(self.scene, direction, self.beta, self.pdf));
+        }
+        self.add((0, &[]), emitter, self.beta * le, weight, scratch);
     }
 
     /// Takes the walk on from a surface, or ends it.
@@ -234,11 +250,19 @@ impl<S: Sink> Walk<'_, S> {
         let Scratch { found, counters, .. } = scratch;
         let (entrance, weight) = enter(self.scene, body, (hit, wo), sampler, found, counters)?;
         self.beta *= weight * body.passage_weight(boundary);
+        if S::WANTS.vertices
+            && let Some(last) = scratch.camera.last_mut()
+        {
+            last.at = entrance.point;
+        }
         self.next_event(&entrance.point, |wi| entrance.eval(wi), None, sampler, scratch);
         scratch.counters.bsdf_samples += 1;
         let (wi, weight, pdf) = entrance.sample(sampler.get_2d(Purpose::Direction))?;
         self.advance(Spectrum::splat(weight), sampler)?;
         self.last = self.settings.next_event.then_some(Scattering { at: entrance.point, pdf });
+        if S::WANTS.vertices {
+            self.leave(pdf, false, scratch);
+        }
         Some(entrance.point.spawn(wi))
     }
 
@@ -269,16 +293,16 @@ impl<S: Sink> Walk<'_, S> {
         }
         let heuristic = fault!("heuristics_differ_between_sides", self.settings.mis, Heuristic::Balance);
         let weight = if event.delta { 1.0 } else { weight2(heuristic, event.pdf, pdf) };
-        let t = self.order + fault!("order_off_by_one", 2, 1);
-        let trails = &mut scratch.trails;
+        let y = S::WANTS.vertices.then(|| PathVertex::of_emitter(event.emitter, event.endpoint));
         match (self.classifier, bounce) {
             (Some(classifier), Some((hit, wo))) => {
                 let bounce = Bounce { hit, wo, wi: event.wi, delta: false };
-                trails.camera.scatter(classifier, Subpath::Camera, trails.camera.last(), &bounce);
-                self.add(Technique::connect(1, t), event.emitter, value, weight, trails);
-                trails.camera.pop();
+                let trail = &mut scratch.trails.camera;
+                trail.scatter(classifier, Subpath::Camera, trail.last(), &bounce);
+                self.add((1, y.as_slice()), event.emitter, value, weight, scratch);
+                scratch.trails.camera.pop();
             }
-            _ => self.add(Technique::connect(1, t), event.emitter, value, weight, trails),
+            _ => self.add((1, y.as_slice()), event.emitter, value, weight, scratch),
         }
     }
 
@@ -292,6 +316,9 @@ impl<S: Sink> Walk<'_, S> {
         self.advance(sample.weight, sampler)?;
         let also_next_event = self.settings.next_event && !sample.lobe.is_delta();
         self.last = also_next_event.then_some(Scattering { at: hit.point, pdf: sample.pdf });
+        if S::WANTS.vertices {
+            self.leave(sample.pdf, sample.lobe.is_delta(), scratch);
+        }
         if let Some(classifier) = self.classifier {
             let trail = &mut scratch.trails.camera;
             let bounce = Bounce { hit, wo, wi: sample.wi, delta: sample.lobe.is_delta() };
@@ -313,21 +340,33 @@ impl<S: Sink> Walk<'_, S> {
         Some(())
     }
 
-    /// Hands a path over that ends at an emitter.
+    /// Notes how the walk leaves its last vertex.
+    fn leave(&mut self, pdf: f32, delta: bool, scratch: &mut Scratch) {
+        self.pdf = pdf;
+        if let Some(last) = scratch.camera.last_mut() {
+            last.delta = delta;
+        }
+    }
+
+    /// Hands a path over that ends at an emitter: met by the walk, or at the one vertex of a light subpath, which only sinks that
+    /// ask for vertices are shown.
     #[inline]
     fn add(
         &mut self,
-        technique: Technique,
+        (s, light): (usize, &[PathVertex]),
         emitter: EmitterId,
         value: Spectrum,
         weight: f64,
-        Trails { camera, classes, .. }: &mut Trails,
+        scratch: &mut Scratch,
     ) {
+        let Trails { camera, classes, .. } = &mut scratch.trails;
         if let Some(classifier) = self.classifier {
             trail::end(classifier, camera.at(camera.last()), emitter, classes);
         }
         let classes = if self.classifier.is_some() { &classes[..] } else { &[] };
+        let path = if S::WANTS.vertices { PathView { light, camera: &scratch.camera } } else { PathView::default() };
+        let technique = Technique::connect(s, self.order + fault!("order_off_by_one", 2, 2 - s));
         let plain = Contribution::new(self.raster, technique, value, weight);
-        self.out.add(Contribution { emitter: Some(emitter), classes, ..plain });
+        self.out.add(Contribution { emitter: Some(emitter), classes, path, ..plain });
     }
 }

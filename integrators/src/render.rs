@@ -1,6 +1,7 @@
 //! Replicates of one method in one scene.
 
 use crate::film::{Block, BlockFilm, Blocks, Film, Window};
+use crate::fireflies::Fireflies;
 use crate::measurement::{Counters, Measurement};
 use crate::method::{Integrator, Replicate};
 use crate::parts::{PartSettings, Parts};
@@ -121,6 +122,7 @@ pub struct Render<'a> {
     replicate_seconds: Vec<f64>,
     invalid: Vec<u64>,
     counters: Counters,
+    fireflies: Fireflies,
 }
 
 impl<'a> Render<'a> {
@@ -183,6 +185,7 @@ impl<'a> Render<'a> {
             replicate_seconds: Vec::new(),
             invalid: vec![0; series],
             counters: Counters::default(),
+            fireflies: Fireflies::new(series),
             request,
             window,
         })
@@ -230,6 +233,8 @@ impl<'a> Render<'a> {
             for film in &films[..count] {
                 self.counters += film.counters;
                 self.invalid.iter_mut().zip(&film.invalid).for_each(|(sum, n)| *sum += n);
+                let replicate = self.replicate_seconds.len() as u32;
+                film.fireflies.iter().for_each(|found| self.fireflies.add_block(found, replicate));
             }
             progress((first + count as u64) as f64 / blocks.count() as f64);
         }
@@ -292,6 +297,7 @@ impl<'a> Render<'a> {
             replicate_seconds: self.replicate_seconds,
             invalid: self.invalid,
             counters: self.counters,
+            fireflies: self.fireflies,
         }
     }
 }

@@ -79,6 +79,7 @@ pub struct Request {
     layers: Vec<Layer>,
     last: Option<usize>,
     parts: Parts,
+    fireflies: bool,
 }
 
 impl Request {
@@ -94,12 +95,22 @@ impl Request {
         if tail {
             layers.push(Layer::Tail);
         }
-        Self { orders, tail, layer_of_order, layers, last, parts: Parts::default() }
+        Self { orders, tail, layer_of_order, layers, last, parts: Parts::default(), fireflies: false }
     }
 
     /// The same, the image being taken apart.
     pub fn with_parts(self, parts: Parts) -> Self {
         Self { parts, ..self }
+    }
+
+    /// The same, the largest contributions being kept with what makes each again.
+    pub fn with_fireflies(self) -> Self {
+        Self { fireflies: true, ..self }
+    }
+
+    /// Whether the largest contributions are kept.
+    pub fn keeps_fireflies(&self) -> bool {
+        self.fireflies
     }
 
     /// What the image is taken apart into.

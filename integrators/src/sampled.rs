@@ -1,6 +1,6 @@
 //! Estimators as integrators: sample after sample of every pixel of a block.
 
-use crate::contribution::Technique;
+use crate::contribution::{Contribution, Sink, Technique, Wants};
 use crate::film::{Block, BlockFilm, PartsFilm, PixelSink};
 use crate::measurement::Counters;
 use crate::method::{Estimator, Integrator, MethodEntry, Methods, Pass, Pixel, Replicate};
@@ -44,7 +44,7 @@ impl<E: Estimator> Integrator for Sampled<E> {
 
     fn unsupported(&self, scene: &Scene) -> Option<String> {
         let bodies = (!E::SUBSURFACE).then(|| bodies_in(scene)).flatten();
-        bodies.or_else(|| self.estimator.unsupported(&scene.facts))
+        bodies.or_else(|| self.estimator.unsupported(scene))
     }
 
     fn unsupported_request(&self, request: &Request) -> Option<String> {
@@ -59,10 +59,41 @@ impl<E: Estimator> Integrator for Sampled<E> {
         self.estimator.splats()
     }
 
+    fn replay(
+        &self,
+        scene: &Scene,
+        request: &Request,
+        replicate: Replicate,
+        pixel: (u32, u32),
+        sample: u32,
+        show: &mut dyn FnMut(&Contribution),
+    ) -> bool {
+        let prepared = self.estimator.prepare(scene, request, &replicate);
+        let samples = Samples { estimator: &self.estimator, prepared, scene, request, replicate };
+        let (mut sampler, mut scratch) = (samples.sampler(), Scratch::default());
+        samples.sample(pixel, sample, &mut sampler, &mut scratch, &mut Witness(show));
+        true
+    }
+
     fn begin<'a>(&'a self, scene: &'a Scene, request: &'a Request, replicate: Replicate) -> Box<dyn Pass + 'a> {
         let prepared = self.estimator.prepare(scene, request, &replicate);
         Box::new(Samples { estimator: &self.estimator, prepared, scene, request, replicate })
     }
+}
+
+/// Shows what a sample contributes.
+struct Witness<'s>(&'s mut dyn FnMut(&Contribution));
+
+impl Sink for Witness<'_> {
+    const WANTS: Wants = Wants { vertices: true, ..Wants::NOTHING };
+
+    fn add(&mut self, contribution: Contribution) {
+        (self.0)(&contribution);
+    }
+}
+
+impl PixelSink for Witness<'_> {
+    fn start_sample(&mut self, _: Pixel, _: u32, _: f32) {}
 }
 
 /// What a method that does not follow light through bodies says of a scene with some: which materials, and what to do.
@@ -106,22 +137,37 @@ impl<E: Estimator> Pass for Samples<'_, E> {
 impl<E: Estimator> Samples<'_, E> {
     /// Takes the samples of a block.
     fn take<S: PixelSink>(&self, block: Block, out: &mut S) -> Counters {
-        let Replicate { sampler, key, samples, .. } = self.replicate;
-        let (width, height) = (self.scene.camera.width(), self.scene.camera.height());
-        let mut sampler = Sampler::new(sampler, key, samples, (width, height));
-        let mut scratch = Scratch::default();
-        let filter = self.scene.camera.filter();
-        let estimator = self.prepared.as_ref().unwrap_or(self.estimator);
+        let (mut sampler, mut scratch) = (self.sampler(), Scratch::default());
         for y in block.tile.y {
             for x in block.tile.x.clone() {
                 for sample in block.samples.clone() {
-                    sampler.start_sample(y as u64 * width as u64 + x as u64, sample);
-                    let (pixel, weight) = Pixel::sample(x, y, filter, sampler.get_2d(Purpose::Film));
-                    out.start_sample(pixel, weight);
-                    estimator.estimate(self.scene, self.request, pixel, &mut sampler, &mut scratch, out);
+                    self.sample((x, y), sample, &mut sampler, &mut scratch, out);
                 }
             }
         }
         scratch.counters
+    }
+
+    fn sampler(&self) -> Sampler {
+        let Replicate { sampler, key, samples, .. } = self.replicate;
+        Sampler::new(sampler, key, samples, (self.scene.camera.width(), self.scene.camera.height()))
+    }
+
+    /// Takes one sample.
+    #[inline]
+    fn sample<S: PixelSink>(
+        &self,
+        (x, y): (u32, u32),
+        sample: u32,
+        sampler: &mut Sampler,
+        scratch: &mut Scratch,
+        out: &mut S,
+    ) {
+        let width = u64::from(self.scene.camera.width());
+        sampler.start_sample(u64::from(y) * width + u64::from(x), sample);
+        let (pixel, weight) = Pixel::sample(x, y, self.scene.camera.filter(), sampler.get_2d(Purpose::Film));
+        out.start_sample(pixel, sample, weight);
+        let estimator = self.prepared.as_ref().unwrap_or(self.estimator);
+        estimator.estimate(self.scene, self.request, pixel, sampler, scratch, out);
     }
 }

@@ -4,6 +4,8 @@
 //! known of a walk is not one state but the shares of several, whose sum is one. Nothing is decided by the lobe that happened to
 //! be sampled, so that the same path is of the same classes however it was built.
 
+use crate::connect::direction;
+use crate::contribution::PathView;
 use crate::lpe::{Classifier, Event, Scattering, State};
 use crate::vertex::{PathVertex, Site};
 use sampling::Vec3;
@@ -11,7 +13,7 @@ use sampling::bsdf::{Lobes, TransportMode};
 use sampling::fault;
 use sampling::math::Spectrum;
 use sampling::sampler::Subpath;
-use scenes::{EmitterId, Interaction};
+use scenes::{EmitterId, Interaction, SurfaceId};
 use std::ops::Range;
 
 /// The share of a walk that is in a state.
@@ -165,6 +167,35 @@ pub fn end(classifier: &Classifier, camera: &[Share], emitter: EmitterId, out: &
     join(classifier, camera, &[(classifier.light_start(emitter.0 as usize), Spectrum::ONE)], out);
 }
 
+/// The scatterings of a path from the camera on, each as the kind of lobe that has most of it, with the surface.
+pub fn word(path: &PathView) -> Vec<(Event, Scattering, SurfaceId)> {
+    let PathView { light, camera } = *path;
+    let joint = match (light, camera) {
+        ([.., y], [.., z]) => direction(z, y),
+        _ => Vec3::ZERO,
+    };
+    // Without a light subpath the camera's last vertex is where the light is.
+    let scattering = &camera[..camera.len() - usize::from(light.is_empty() && !camera.is_empty())];
+    let along = |subpath, vertices: &[PathVertex], count: usize, joint: Vec3| -> Vec<_> {
+        let letter = |i: usize| {
+            let Site::Surface(hit) = &vertices[i].site else { return None };
+            let next = vertices.get(i + 1);
+            let bounce = Bounce {
+                hit,
+                wo: vertices[i].wo,
+                wi: next.map_or(joint, |next| -next.wo),
+                delta: next.is_some() && vertices[i].delta,
+            };
+            let (event, scattering) = kinds(subpath, &bounce).largest();
+            Some((event, scattering, hit.surface))
+        };
+        (0..count).filter_map(letter).collect()
+    };
+    let mut word = along(Subpath::Camera, camera, scattering.len(), joint);
+    word.extend(along(Subpath::Light, light, light.len(), -joint).into_iter().rev());
+    word
+}
+
 /// The kinds of a scattering and their shares.
 struct Kinds {
     event: Event,
@@ -173,6 +204,16 @@ struct Kinds {
 }
 
 impl Kinds {
+    fn largest(&self) -> (Event, Scattering) {
+        let mut largest = (Scattering::Diffuse, 0.0);
+        self.each(|_, scattering, share| {
+            if share.luminance() > largest.1 {
+                largest = (scattering, share.luminance());
+            }
+        });
+        (self.event, largest.0)
+    }
+
     fn each(&self, mut f: impl FnMut(Event, Scattering, Spectrum)) {
         let kinds = [Scattering::Specular, Scattering::Diffuse, Scattering::Glossy];
         for (scattering, share) in kinds.into_iter().zip(self.shares) {

@@ -3,7 +3,7 @@
 use sampling::Vec3;
 use sampling::math::Spectrum;
 use sampling::mis::Rivals;
-use scenes::{EmitterId, Endpoint, Interaction, Rays, SurfacePoint};
+use scenes::{EmitterId, Endpoint, Interaction, Rays, Scene, SurfacePoint};
 
 /// What stands at a vertex.
 #[derive(Clone, Copy, Debug)]
@@ -46,6 +46,35 @@ impl PathVertex {
     #[inline]
     pub fn first(site: Site, at: SurfacePoint, beta: Spectrum) -> Self {
         Self { site, at, wo: Vec3::ZERO, beta, pdf_fwd: 0.0, pdf_rev: 0.0, delta: false, rivals: Rivals::NONE }
+    }
+
+    /// The camera's point, where importance starts.
+    #[inline]
+    pub fn of_camera(scene: &Scene, at: SurfacePoint, beta: f32) -> Self {
+        Self { pdf_fwd: 1.0, ..Self::first(Site::Camera(scene.camera.rays()), at, Spectrum::splat(beta)) }
+    }
+
+    /// An emitter's point, sampled as seen from another vertex.
+    #[inline]
+    pub fn of_emitter(emitter: EmitterId, endpoint: Endpoint) -> Self {
+        Self::first(Site::Emitter(emitter, endpoint), endpoint.at, Spectrum::ONE)
+    }
+
+    /// A surface that a walk of weight `beta` met coming along `d`, by a density of that direction at the vertex before it.
+    #[inline]
+    pub fn of_surface(hit: &Interaction, d: Vec3, beta: Spectrum, pdf: f32, before: &PathVertex) -> Self {
+        let pdf_fwd = match before.is_infinite() {
+            true => density_across(&hit.point, pdf, d),
+            false => density_at(&hit.point, pdf, before.at.p),
+        };
+        Self { wo: -d, pdf_fwd, ..Self::first(Site::Surface(*hit), hit.point, beta) }
+    }
+
+    /// The environment, where a walk from the camera escaped along `d`.
+    #[inline]
+    pub fn of_environment(scene: &Scene, d: Vec3, beta: Spectrum, pdf: f32) -> Option<Self> {
+        let (emitter, endpoint) = (scene.environment?, scene.environment_endpoint(d));
+        Some(Self { wo: -d, pdf_fwd: pdf as f64, beta, ..Self::of_emitter(emitter, endpoint) })
     }
 
     /// Whether it is an emitter or a camera at no place; `at.ng` is the direction of flight from it then.

@@ -2,12 +2,11 @@
 
 use crate::measurement::Counters;
 use crate::roulette::SubpathRoulette;
-use crate::vertex::{PathVertex, Site, density_across, density_at};
+use crate::vertex::PathVertex;
 use sampling::Vec3;
 use sampling::bsdf::{Lobes, TransportMode};
 use sampling::fault;
 use sampling::math::Spectrum;
-use sampling::mis::Rivals;
 use sampling::sampler::{Purpose, Sampler, Subpath};
 use scenes::{Interaction, Ray, Scene};
 
@@ -85,24 +84,11 @@ pub fn walk(
         let previous = vertices[vertices.len() - 1];
         let Some(hit) = scene.intersect(&ray) else {
             if rules.subpath == Subpath::Camera {
-                vertices.extend(escape(scene, ray.d, beta, pdf));
+                vertices.extend(PathVertex::of_environment(scene, ray.d, beta, pdf));
             }
             return;
         };
-        let pdf_fwd = match previous.is_infinite() {
-            true => density_across(&hit.point, pdf, ray.d),
-            false => density_at(&hit.point, pdf, previous.at.p),
-        };
-        let mut vertex = PathVertex {
-            site: Site::Surface(hit),
-            at: hit.point,
-            wo: -ray.d,
-            beta,
-            pdf_fwd,
-            pdf_rev: 0.0,
-            delta: false,
-            rivals: Rivals::NONE,
-        };
+        let mut vertex = PathVertex::of_surface(&hit, ray.d, beta, pdf, &previous);
         let index = vertices.len() - first;
         let scattered = if rules.has_room(index + 1) {
             scatter(scene, rules, &hit, &vertex, index, sampler, counters)
@@ -186,21 +172,5 @@ fn scatter(
         delta,
         pdf_fwd: pdf_fwd * survival,
         pdf_rev: pdf_rev * fault!("roulette_in_one_density_only", survival, 1.0),
-    })
-}
-
-/// The vertex at the environment, if there is one.
-fn escape(scene: &Scene, direction: Vec3, beta: Spectrum, pdf: f32) -> Option<PathVertex> {
-    let emitter = scene.environment?;
-    let endpoint = scene.environment_endpoint(direction);
-    Some(PathVertex {
-        site: Site::Emitter(emitter, endpoint),
-        at: endpoint.at,
-        wo: -direction,
-        beta,
-        pdf_fwd: pdf as f64,
-        pdf_rev: 0.0,
-        delta: false,
-        rivals: Rivals::NONE,
     })
 }

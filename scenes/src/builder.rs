@@ -14,6 +14,7 @@ pub use crate::emitter::{ChoiceRule, Emission, EnvironmentImage, Falloff, Mappin
 pub use crate::shape::{MeshData, ShapeId};
 pub use groups::GroupId;
 
+use crate::builtin;
 use crate::error::SceneError;
 use crate::import::translation::{Place, carried_back};
 use crate::material::{Material, MaterialId};
@@ -58,6 +59,7 @@ pub struct SceneBuilder {
     camera: Option<CameraSettings>,
     notes: Vec<String>,
     series: Series,
+    closed_form: Option<&'static str>,
     /// Where the lines of its text came from, if it was translated.
     places: Option<Arc<[Place]>>,
 }
@@ -134,6 +136,7 @@ impl SceneBuilder {
             camera: None,
             notes: Vec::new(),
             series: Series::default(),
+            closed_form: None,
             places: None,
         }
     }
@@ -277,6 +280,11 @@ impl SceneBuilder {
     /// Notes what was approximated or left out.
     pub fn note(&mut self, text: String) {
         self.notes.push(text);
+    }
+
+    /// Says that it is the built-in scene of this name, whose orders may have closed forms.
+    pub(crate) fn built_in(&mut self, name: &str) {
+        self.closed_form = builtin::NAMES.iter().copied().find(|known| *known == name);
     }
 
     /// Says how much of the series is rendered unless something else is asked for.

@@ -71,7 +71,9 @@ fn open_own(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder
     if let Some(text) = builtin::source(name_or_path) {
         let file = format!("{name_or_path}.toml");
         let origin = Origin { scene: name_or_path, file: &file, folder: None, attachments: &[] };
-        return description::read(text, origin, size);
+        let mut builder = description::read(text, origin, size)?;
+        builder.built_in(name_or_path);
+        return Ok(builder);
     }
     let path = Path::new(name_or_path);
     let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase);

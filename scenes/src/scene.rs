@@ -4,6 +4,7 @@ mod masks;
 mod shading;
 
 use crate::accel::Accel;
+use crate::builtin;
 use crate::camera::{Camera, Crop};
 use crate::emitter::{
     ChoiceRule, Emitter, EmitterChoice, EmitterId, Endpoint, EndpointKind, LeSample, LiSample, NextEventChoice,
@@ -41,6 +42,8 @@ pub struct Scene {
     pub notes: Vec<String>,
     /// How much of the series is rendered unless something else is asked for.
     pub series: Series,
+    /// The built-in scene that it is, if it is one.
+    pub(crate) closed_form: Option<&'static str>,
     /// A hash of all that its images depend on: geometry, materials, emitters, camera as built; not the number of
     /// pixels and the crop.
     pub hash: String,
@@ -183,6 +186,12 @@ impl Scene {
             Emitter::Area(area) => area.le(start.le, start.endpoint.at.ng, w),
             _ => Spectrum::ZERO,
         }
+    }
+
+    /// The radiance of an order that leaves a point in a direction \[W/(m²·sr)\], by the scene's closed form; `None` where it has
+    /// none. See [`crate::builtin::exact`].
+    pub fn exact(&self, order: usize, p: Vec3, d: Vec3) -> Option<Spectrum> {
+        builtin::exact(self.closed_form?, order, p, d)
     }
 
     /// Radiance arriving from infinity out of direction `d` (unit, away from the scene).

@@ -113,7 +113,7 @@ fn results(factor: f32, columns: u32) -> [MethodResult; 2] {
         let method = methods.build(name, &settings).unwrap();
         let settings = RenderSettings {
             samples_per_replicate: 16,
-            ..crate::render_command::render_settings(&*method, Orders::up_to(1), false, 3, SamplerKind::Independent)
+            ..crate::subject::render_settings(&*method, Orders::up_to(1), false, 3, SamplerKind::Independent)
         };
         let mut render = Render::new(&scene, &*method, settings).unwrap();
         (0..8).for_each(|_| render.run_replicate(&|_| {}));

@@ -4,7 +4,7 @@ use super::Error;
 use crate::budget;
 use crate::export::png::Picture;
 use crate::export::tone::Exposure;
-use crate::render_command::render_settings;
+use crate::subject::render_settings;
 use glam::{DAffine3, DVec3, dvec3};
 use integrators::{Methods, Orders, Render, RenderSettings};
 use sampling::Spectrum;

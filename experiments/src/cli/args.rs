@@ -51,20 +51,17 @@ pub struct RunArgs {
     pub allow_invalid: bool,
 }
 
-/// `neumann render`.
+/// An image: which scene, by which method, of how many samples. Flags that several commands share.
 #[derive(Clone, Debug, Args)]
-pub struct RenderArgs {
+pub struct ImageArgs {
     /// A built-in scene's name (see `neumann list scenes`) or a file: .toml, .obj, .ply, .gltf, .glb, Mitsuba's .xml, .pbrt.
     pub scene: String,
     /// The method (see `neumann list methods`).
     #[arg(long, short = 'i', value_name = "METHOD", default_value = "path")]
     pub method: String,
     /// Samples per pixel, over all replicates [default: 64].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "seconds")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub spp: Option<u32>,
-    /// Render for about so many seconds instead; a pilot run fixes the number of samples.
-    #[arg(long, value_name = "S")]
-    pub seconds: Option<f64>,
     /// Last order traced one by one [default: the scene's, usually 8].
     #[arg(long, value_name = "K")]
     pub max_order: Option<usize>,
@@ -77,10 +74,6 @@ pub struct RenderArgs {
     /// Image size [default: the scene's].
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
-    /// Only these pixels of the image: column and row of the first (from 0, at the top left), width, height [default: the
-    /// scene's crop, usually all].
-    #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop)]
-    pub crop: Option<Window>,
     /// Seed of all random numbers.
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
@@ -93,21 +86,36 @@ pub struct RenderArgs {
     /// Where random numbers come from (see `neumann list samplers`).
     #[arg(long, value_name = "NAME", default_value = "independent")]
     pub sampler: String,
-    /// Threads [default: all cores].
-    #[arg(long, value_name = "T", value_parser = parse_threads)]
-    pub threads: Option<usize>,
     /// Do all work, also what this scene does not need.
     #[arg(long)]
     pub no_skip: bool,
+    /// Change a setting of the method: mis=power or bdpt.mis=power.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<Assignment>,
+}
+
+/// `neumann render`.
+#[derive(Clone, Debug, Args)]
+pub struct RenderArgs {
+    /// The image.
+    #[command(flatten)]
+    pub image: ImageArgs,
+    /// Render for about so many seconds instead; a pilot run fixes the number of samples.
+    #[arg(long, value_name = "S", conflicts_with = "spp")]
+    pub seconds: Option<f64>,
+    /// Only these pixels of the image: column and row of the first (from 0, at the top left), width, height [default: the
+    /// scene's crop, usually all].
+    #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop)]
+    pub crop: Option<Window>,
+    /// Threads [default: all cores].
+    #[arg(long, value_name = "T", value_parser = parse_threads)]
+    pub threads: Option<usize>,
     /// Layers of the image besides the beauty: orders, variance, strategies, groups; or beauty for none.
     #[arg(long, value_name = "LIST", default_value = "orders")]
     pub layers: LayerSelection,
     /// A layer for the paths of a light-path expression, such as caustics='CDS+L' (see `neumann lpe`).
     #[arg(long, value_name = "NAME=EXPR", value_parser = parts::class)]
     pub lpe: Vec<PathClass>,
-    /// Change a setting of the method: mis=power or bdpt.mis=power.
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub set: Vec<Assignment>,
     /// The image file [default: SCENE_METHOD.exr].
     #[arg(long, short, value_name = "OUT.exr")]
     pub output: Option<PathBuf>,
@@ -117,6 +125,60 @@ pub struct RenderArgs {
     /// Exit with 0 even if non-finite samples occurred.
     #[arg(long)]
     pub allow_invalid: bool,
+}
+
+/// `neumann replay`.
+#[derive(Clone, Debug, Args)]
+pub struct ReplayArgs {
+    /// The image that the sample is one of, by the same flags as it was rendered with.
+    #[command(flatten)]
+    pub image: ImageArgs,
+    /// Column and row of the pixel, from 0 at the top left.
+    #[arg(long, value_name = "X,Y", value_parser = parse_pair::<u32>)]
+    pub pixel: (u32, u32),
+    /// Which independent image, from 0.
+    #[arg(long, value_name = "R", default_value_t = 0)]
+    pub replicate: u32,
+    /// Which sample of the pixel in that image, from 0.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub sample: u32,
+    /// Only paths of this strategy: s light vertices, t camera vertices.
+    #[arg(long, value_name = "S,T", value_parser = parse_pair::<u16>)]
+    pub strategy: Option<(u16, u16)>,
+    /// As JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `neumann verify`.
+#[derive(Clone, Debug, Args)]
+pub struct VerifyArgs {
+    /// A built-in scene's name or a file [default: all built-in scenes].
+    pub scene: Option<String>,
+    /// Samples per pixel of each method, over all replicates.
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..))]
+    pub spp: u32,
+    /// Seconds for each method, instead of samples.
+    #[arg(long, value_name = "S", conflicts_with = "spp")]
+    pub seconds: Option<f64>,
+    /// Independent images that share the samples.
+    #[arg(long, value_name = "R", default_value_t = 16, value_parser = clap::value_parser!(u32).range(2..))]
+    pub replicates: u32,
+    /// Last order compared [default: the scene's, usually 8].
+    #[arg(long, value_name = "K")]
+    pub max_order: Option<usize>,
+    /// Image size [default: the scene's, scaled so that the longer side has 96 pixels].
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<(u32, u32)>,
+    /// Seed of all random numbers.
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Threads [default: all cores].
+    #[arg(long, value_name = "T", value_parser = parse_threads)]
+    pub threads: Option<usize>,
+    /// As JSON.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `neumann scene`.
@@ -239,6 +301,11 @@ fn parse_crop(text: &str) -> Result<Window, String> {
         Ok([_, _, _, _]) => Err("width and height must be at least 1; write for example 32,16,64,64".to_owned()),
         _ => Err("give column and row of the first pixel, width and height, for example 32,16,64,64".to_owned()),
     }
+}
+
+fn parse_pair<T: std::str::FromStr>(text: &str) -> Result<(T, T), String> {
+    let parts = text.split_once(',').and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
+    parts.ok_or_else(|| "give two whole numbers with a comma between them, for example 12,40".to_owned())
 }
 
 /// More threads than any machine has would only fail later, without a reason that a user understands.

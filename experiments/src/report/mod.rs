@@ -1,10 +1,11 @@
 //! What people read of an experiment: one self-contained `report.html`, with the plots and picture sheets beside it.
 //!
 //! [`numbers`] takes the figures from the measurements, [`summary`] says them in sentences, [`tables`] and [`images`] show
-//! them, [`samplers`] and [`screens`] do the same for samplers, [`page`] puts the page together. The HTML is written in Rust, through [`crate::export::markup`]: what a template
+//! them, [`fireflies`] the largest contributions, [`samplers`] and [`screens`] do the same for samplers, [`page`] puts the page together. The HTML is written in Rust, through [`crate::export::markup`]: what a template
 //! engine would add here is its syntax, its errors at run time and its time to build, while here a name can't become markup
 //! and a missing number doesn't compile.
 
+pub mod fireflies;
 pub mod images;
 pub mod numbers;
 pub mod page;
@@ -72,6 +73,7 @@ pub fn write(dir: &Path, result: &ExperimentResult) -> Result<(), ExportError> {
 mod tests {
     use super::*;
     use crate::export::testing::measurement;
+    use crate::fireflies::FireflyRecord;
     use crate::result::{
         AgreementRow, Checkpoint, Machine, Manifest, MethodRecord, RatioRow, SceneRecord, SlopeRow, Verdict,
     };
@@ -164,6 +166,19 @@ mod tests {
             seconds: 60.0,
             complete: false,
         };
+        let firefly = FireflyRecord {
+            scene: name.to_owned(),
+            method: name.to_owned(),
+            layer: name.to_owned(),
+            rank: 0,
+            size: f32::INFINITY,
+            share: f64::NAN,
+            replicate: 0,
+            pixel: (0, 0),
+            sample: 0,
+            replay: name.to_owned(),
+            path: None,
+        };
         let name = name.to_owned();
         let ratio = RatioRow {
             scene: name.clone(),
@@ -182,6 +197,7 @@ mod tests {
             slopes: vec![slope],
             ratios: vec![ratio],
             integrals: Vec::new(),
+            fireflies: vec![firefly],
             manifest,
         }
     }

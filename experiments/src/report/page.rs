@@ -2,9 +2,10 @@
 
 use super::samplers::{self, Integrals};
 use super::summary::{self, Sentence, Tone};
-use super::{SceneReport, images, screens, tables};
+use super::{SceneReport, fireflies, images, screens, tables};
 use crate::export::markup::Markup;
 use crate::export::notation::brief;
+use crate::fireflies::FireflyRecord;
 use crate::plot::{Figure, points};
 use crate::result::{AgreementRow, ExperimentResult, MethodResult, RatioRow, SlopeRow};
 
@@ -154,6 +155,10 @@ fn scene_section(m: &mut Markup, result: &ExperimentResult, scene: &SceneReport,
             m.line("h3", &[], "Do the methods agree?");
             tables::agreement(m, &agreement);
             folded(m, "Every comparison with all its numbers", |m| tables::agreement_in_full(m, &agreement));
+        }
+        let largest: Vec<&FireflyRecord> = result.fireflies.iter().filter(|r| r.scene == scene.name).collect();
+        if !largest.is_empty() {
+            folded(m, "The largest contributions, and how to trace them again", |m| fireflies::table(m, &largest));
         }
         scene_facts(m, result, scene);
     });

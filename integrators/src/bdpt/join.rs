@@ -1,7 +1,7 @@
 //! The connections between a camera subpath and light subpaths.
 
 use super::reservoir::Reservoir;
-use super::{Bdpt, Connections, FURTHER, camera_vertex};
+use super::{Bdpt, Connections, FURTHER};
 use crate::connect::{EmitterEnd, Strategies, direction};
 use crate::contribution::{Contribution, PathView, Sink, Technique};
 use crate::lpe::Classifier;
@@ -115,7 +115,7 @@ impl<S: Sink> Join<'_, S> {
         if value.is_zero() {
             return;
         }
-        let y = emitter_vertex(&event);
+        let y = PathVertex::of_emitter(event.emitter, event.endpoint);
         let next_event = if event.delta { event.pdf as f64 } else { y.density(event.pdf, z.at.p) };
         let ray = event.shadow_ray(&z.at);
         sampler.start_vertex(Subpath::Camera, t as u32 - 1);
@@ -165,9 +165,9 @@ impl<S: Sink> Join<'_, S> {
         if value.is_zero() {
             return;
         }
-        let y = emitter_vertex(&event);
+        let y = PathVertex::of_emitter(event.emitter, event.endpoint);
         let next_event = y.density(event.pdf, from.p);
-        let camera = [camera_vertex(self.scene, from, 1.0)];
+        let camera = [PathVertex::of_camera(self.scene, from, 1.0)];
         let ray = event.shadow_ray(&from);
         self.connect(Connection { raster, first: 0, light: &[y], camera: &camera, next_event, value, ray }, sampler);
     }
@@ -190,7 +190,7 @@ impl<S: Sink> Join<'_, S> {
         if value.is_zero() {
             return;
         }
-        let camera = [camera_vertex(self.scene, seen.at, 1.0)];
+        let camera = [PathVertex::of_camera(self.scene, seen.at, 1.0)];
         let ray = y.at.segment_to(&seen.at);
         let (raster, first, next_event) = (seen.raster, vertices.start, *next_event);
         self.connect(Connection { raster, first, light, camera: &camera, next_event, value, ray }, sampler);
@@ -351,8 +351,4 @@ impl<S: Sink> Join<'_, S> {
         from_camera.pop();
         from_light.pop();
     }
-}
-
-fn emitter_vertex(event: &NextEvent) -> PathVertex {
-    PathVertex::first(Site::Emitter(event.emitter, event.endpoint), event.endpoint.at, Spectrum::ONE)
 }

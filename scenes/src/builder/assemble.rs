@@ -104,6 +104,7 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
         environment,
         notes: builder.notes,
         series: builder.series,
+        closed_form: builder.closed_form,
         hash,
         origin: shift,
         bounds,

@@ -1,0 +1,295 @@
+//! `neumann verify`: do the methods agree with one another, and with the truth where it is known?
+//!
+//! Every method that can render a scene is run on random numbers of its own, and every pair is compared order by order, as
+//! [`crate::agreement`] does; where a scene has a closed form, that is one of the methods. A pass says little without what it would
+//! have found: so the bias that each comparison finds nine times out of ten is beside it.
+
+use crate::agreement;
+use crate::cli::{VerifyArgs, print};
+use crate::config::{Experiment, MethodEntry, Sizes};
+use crate::error::{Error, Status};
+use crate::plan::Plan;
+use crate::progress::{Verbosity, while_loading};
+use crate::result::{AgreementRow, MethodResult, Verdict};
+use crate::source::Source;
+use crate::stop::Stop;
+use crate::{budget, runner};
+use integrators::{Layer, Methods};
+use scenes::{LoadOptions, Skip};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// The longer side of the images \[pixels\]; more would tell no more, since blocks are compared.
+const LONGER_SIDE: u32 = 96;
+/// The last order where neither the command line nor the scene names one.
+const MAX_ORDER: usize = 8;
+
+/// What was found in a scene, and what `--json` prints of it.
+#[derive(Serialize)]
+struct Findings {
+    scene: String,
+    methods: Vec<String>,
+    /// Methods that cannot render the scene, each with the reason.
+    left_out: Vec<String>,
+    size: [u32; 2],
+    spp: u64,
+    replicates: u32,
+    /// What single methods cannot carry here.
+    missing_light: BTreeMap<String, Vec<String>>,
+    /// Non-finite samples of each method.
+    invalid: BTreeMap<String, u64>,
+    pairs: Vec<Pair>,
+    holds: bool,
+    sentence: String,
+}
+
+/// A comparison of two methods in one order.
+#[derive(Serialize)]
+struct Pair {
+    a: String,
+    b: String,
+    order: String,
+    verdict: Verdict,
+    /// The bias of the order's mean that would have been found nine times out of ten; `null` where none would.
+    detectable_bias: Option<f64>,
+    mean_a: f64,
+    mean_b: f64,
+    t: f64,
+    p: f64,
+    blocks: usize,
+    rejected: usize,
+}
+
+/// Verifies a scene, or all built-in ones.
+///
+/// # Errors
+/// If a scene cannot be loaded, or fewer than two methods can render it.
+pub fn verify(args: &VerifyArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
+    let scenes: Vec<&str> = match &args.scene {
+        Some(scene) => vec![scene],
+        None => scenes::builtin_names().to_vec(),
+    };
+    let pool = budget::pool(args.threads)?;
+    let mut all = Vec::new();
+    for scene in scenes {
+        let findings = pool.install(|| one(scene, args, methods, verbosity, stop))?;
+        if !args.json {
+            print(&in_words(&findings))?;
+        }
+        all.push(findings);
+        if let Some(signal) = stop.signal() {
+            return Ok(Status::Interrupted(signal));
+        }
+    }
+    if args.json {
+        print(&(serde_json::to_string_pretty(&all).unwrap_or_default() + "\n"))?;
+    }
+    Ok(if all.iter().all(|findings| findings.holds) { Status::Done } else { Status::Failed })
+}
+
+fn one(
+    scene: &str,
+    args: &VerifyArgs,
+    methods: &Methods,
+    verbosity: Verbosity,
+    stop: &Stop,
+) -> Result<Findings, Error> {
+    let (mut plan, left_out) = while_loading(verbosity, || plan(scene, args, methods))?;
+    let (results, _) = runner::run(&mut plan, verbosity, stop)?;
+    let rows = agreement::compare(&results.iter().collect::<Vec<_>>());
+    Ok(findings(&results, &rows, left_out))
+}
+
+/// The experiment that this is: every method that can render the scene, with its defaults.
+fn plan(scene: &str, args: &VerifyArgs, methods: &Methods) -> Result<(Plan, Vec<String>), Error> {
+    let loaded = scenes::load(scene, &LoadOptions { size: None, skip: Skip::Unneeded })?;
+    let (mut able, mut left_out) = (Vec::new(), Vec::new());
+    for name in methods.names() {
+        match methods.build(name, &serde_json::Value::Null)?.unsupported(&loaded) {
+            None => able.push(MethodEntry { name: name.to_owned(), label: None, settings: toml::Table::new() }),
+            Some(reason) => left_out.push(format!("{name}: {reason}")),
+        }
+    }
+    if able.len() < 2 {
+        return Err(Error::usage(format!(
+            "{scene}: only one method can render it, so there is nothing to compare it with; {}",
+            left_out.join("; ")
+        )));
+    }
+    let (width, height) = (loaded.camera.width(), loaded.camera.height());
+    let scale = f64::from(LONGER_SIDE) / f64::from(width.max(height));
+    let scaled = |side: u32| ((f64::from(side) * scale.min(1.0)).round() as u32).max(1);
+    let (width, height) = args.size.unwrap_or((scaled(width), scaled(height)));
+    let experiment = Experiment {
+        title: String::new(),
+        description: String::new(),
+        scenes: vec![scene.to_owned()],
+        methods: able,
+        max_order: args.max_order.or(loaded.series.max_order).unwrap_or(MAX_ORDER),
+        tail: false,
+        spp: args.seconds.is_none().then_some(args.spp),
+        seconds: args.seconds,
+        replicates: args.replicates,
+        seed: args.seed,
+        sampler: Default::default(),
+        size: Some(Sizes(vec![[width, height]])),
+        convergence: None,
+        integrals: None,
+    };
+    drop(loaded);
+    Ok((Plan::new(&Source::of_command("verify"), experiment, methods)?, left_out))
+}
+
+fn findings(results: &[MethodResult], rows: &[AgreementRow], left_out: Vec<String>) -> Findings {
+    let pairs: Vec<Pair> = rows.iter().map(pair).collect();
+    let named = |value: &dyn Fn(&MethodResult) -> Option<Vec<String>>| {
+        results.iter().filter_map(|r| Some((r.label.clone(), value(r)?))).collect::<BTreeMap<_, _>>()
+    };
+    let invalid: BTreeMap<String, u64> =
+        results.iter().map(|r| (r.label.clone(), r.measurement.invalid.iter().sum())).collect();
+    let holds = rows.iter().all(|row| row.verdict != Verdict::Differ) && invalid.values().all(|&n| n == 0);
+    let first = results.first();
+    Findings {
+        scene: first.map(|r| r.scene.clone()).unwrap_or_default(),
+        methods: results.iter().map(|r| r.label.clone()).collect(),
+        left_out,
+        size: first.map_or([0, 0], |r| [r.measurement.width, r.measurement.height]),
+        spp: first.map_or(0, |r| r.measurement.samples()),
+        replicates: first.map_or(0, |r| r.measurement.replicates),
+        missing_light: named(&|r| (!r.missing_light.is_empty()).then(|| r.missing_light.clone())),
+        sentence: sentence(rows, &invalid),
+        invalid,
+        pairs,
+        holds,
+    }
+}
+
+fn pair(row: &AgreementRow) -> Pair {
+    Pair {
+        a: row.a.clone(),
+        b: row.b.clone(),
+        order: row.order.label(),
+        verdict: row.verdict,
+        detectable_bias: row.detectable_bias.is_finite().then_some(row.detectable_bias),
+        mean_a: row.mean_a,
+        mean_b: row.mean_b,
+        t: row.t,
+        p: row.p,
+        blocks: row.blocks,
+        rejected: row.rejected,
+    }
+}
+
+/// What holds and what doesn't.
+fn sentence(rows: &[AgreementRow], invalid: &BTreeMap<String, u64>) -> String {
+    let differing: Vec<&AgreementRow> = rows.iter().filter(|row| row.verdict == Verdict::Differ).collect();
+    let mut text = match differing.as_slice() {
+        [] => agreement_in_words(rows),
+        _ => {
+            let each = differing.iter().map(|row| format!("{} and {} in order {}", row.a, row.b, row.order.label()));
+            let worst = differing.iter().max_by(|a, b| relative(a).total_cmp(&relative(b)));
+            let size = worst.map_or(String::new(), |row| {
+                format!(
+                    "; by most, {:.2} %, {} and {} in order {}",
+                    100.0 * relative(row),
+                    row.a,
+                    row.b,
+                    row.order.label()
+                )
+            });
+            format!("Methods DIFFER: {}{size}.", each.collect::<Vec<_>>().join(", "))
+        }
+    };
+    let broken: Vec<String> =
+        invalid.iter().filter(|(_, n)| **n > 0).map(|(name, n)| format!("{n} of {name}")).collect();
+    if !broken.is_empty() {
+        text += &format!(" Samples were not finite: {}.", broken.join(", "));
+    }
+    text
+}
+
+fn relative(row: &AgreementRow) -> f64 {
+    2.0 * (row.mean_a - row.mean_b).abs() / (row.mean_a.abs() + row.mean_b.abs()).max(f64::MIN_POSITIVE)
+}
+
+fn agreement_in_words(rows: &[AgreementRow]) -> String {
+    let mut layers: Vec<Layer> = Vec::new();
+    rows.iter().for_each(|row| {
+        if !layers.contains(&row.order) {
+            layers.push(row.order)
+        }
+    });
+    let (mut tested, mut open) = (Vec::new(), Vec::new());
+    for layer in layers {
+        let of_layer = rows.iter().filter(|row| row.order == layer);
+        let judged = of_layer.filter(|row| matches!(row.verdict, Verdict::Agree | Verdict::Equal));
+        match judged.map(|row| row.detectable_bias).min_by(f64::total_cmp) {
+            Some(bias) if bias.is_finite() => tested.push((layer, bias)),
+            _ => open.push(layer.label()),
+        }
+    }
+    let most = tested.iter().map(|&(_, bias)| bias).max_by(f64::total_cmp);
+    let orders: Vec<String> = tested.iter().map(|(layer, _)| layer.label()).collect();
+    let mut text = match most {
+        Some(most) => format!(
+            "No two methods differ in order{} {}: a bias of {:.2} % of an order's mean would have been found nine times out of \
+             ten in each of them.",
+            if orders.len() == 1 { "" } else { "s" },
+            orders.join(", "),
+            100.0 * most
+        ),
+        None => "Nothing could be decided: no two methods carry the same light here, or too little of it arrived."
+            .to_owned(),
+    };
+    if most.is_some() && !open.is_empty() {
+        text += &format!(" Nothing could be decided in order {}.", open.join(", "));
+    }
+    text
+}
+
+/// A table for people to read: a row a pair, a column an order, in each the bias that would have been found.
+fn in_words(f: &Findings) -> String {
+    let mut orders: Vec<&str> = Vec::new();
+    let mut names: Vec<(&str, &str)> = Vec::new();
+    for pair in &f.pairs {
+        if !orders.contains(&pair.order.as_str()) {
+            orders.push(&pair.order);
+        }
+        if !names.contains(&(pair.a.as_str(), pair.b.as_str())) {
+            names.push((&pair.a, &pair.b));
+        }
+    }
+    let [width, height] = f.size;
+    let mut text = format!("{}, {width}x{height}, {} samples in {} replicates\n", f.scene, f.spp, f.replicates);
+    let widest = names.iter().map(|(a, b)| a.len() + b.len() + 3).max().unwrap_or(0);
+    let _ = write!(text, "  {:<widest$}", "order");
+    orders.iter().for_each(|order| text += &format!(" {order:>8}"));
+    text += "\n";
+    for (a, b) in names {
+        let _ = write!(text, "  {:<widest$}", format!("{a} – {b}"));
+        for &order in &orders {
+            let pair = f.pairs.iter().find(|p| (p.a.as_str(), p.b.as_str(), p.order.as_str()) == (a, b, order));
+            let _ = write!(text, " {:>8}", pair.map_or(String::new(), cell));
+        }
+        text += "\n";
+    }
+    for (method, classes) in &f.missing_light {
+        classes.iter().for_each(|class| text += &format!("  {method} cannot carry here: {class}\n"));
+    }
+    f.left_out
+        .iter()
+        .filter(|reason| !reason.starts_with("exact:"))
+        .for_each(|reason| text += &format!("  left out: {reason}\n"));
+    text + "  " + &f.sentence + "\n\n"
+}
+
+fn cell(pair: &Pair) -> String {
+    match pair.verdict {
+        Verdict::Agree => pair.detectable_bias.map_or("—".to_owned(), |bias| format!("{:.2} %", 100.0 * bias)),
+        Verdict::Equal => "equal".to_owned(),
+        Verdict::Differ => "DIFFER".to_owned(),
+        Verdict::Inconclusive => "?".to_owned(),
+        Verdict::Incomparable => "—".to_owned(),
+    }
+}

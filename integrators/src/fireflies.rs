@@ -1,0 +1,175 @@
+//! The largest contributions of a render, each with what it takes to make it again.
+
+use crate::contribution::{Contribution, Technique};
+use sampling::Vec2;
+use sampling::math::Spectrum;
+use serde::{Deserialize, Serialize};
+
+/// How many are kept of every layer.
+pub const KEPT: usize = 8;
+
+/// A contribution, and the sample that it came from: all that [`Integrator::replay`](crate::Integrator::replay) asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Firefly {
+    /// Which independent image.
+    pub replicate: u32,
+    /// Column and row of the pixel whose sample it is.
+    pub pixel: (u32, u32),
+    /// Number of the sample in its pixel and replicate.
+    pub sample: u32,
+    /// How the path was built.
+    pub technique: Technique,
+    /// Where it lands \[pixels, y down\].
+    pub raster: Vec2,
+    /// The unweighted estimate.
+    pub value: Spectrum,
+    /// The MIS weight.
+    pub weight: f64,
+}
+
+impl Firefly {
+    /// What the image gets, mean of channels; infinite where that is not finite, so that no finite one is larger.
+    pub fn size(&self) -> f32 {
+        size(self.value * self.weight as f32)
+    }
+
+    /// A total order, the largest first, by which lists have one order however they were gathered.
+    fn rank(&self) -> (std::cmp::Reverse<u32>, u32, (u32, u32), u32, u32) {
+        let (row, column) = (self.pixel.1, self.pixel.0);
+        let technique = match self.technique {
+            Technique::Connect { s, t } | Technique::Merge { s, t } => u32::from(s) << 16 | u32::from(t),
+            Technique::Whole { order } => u32::from(order),
+        };
+        // The bits of numbers that are not negative rise with them.
+        (std::cmp::Reverse(self.size().to_bits()), self.replicate, (row, column), self.sample, technique)
+    }
+}
+
+/// By which contributions are compared.
+#[inline]
+pub(crate) fn size(value: Spectrum) -> f32 {
+    let [r, g, b] = value.to_array();
+    let mean = (r + g + b) / 3.0;
+    if mean.is_finite() { mean.max(0.0) } else { f32::INFINITY }
+}
+
+/// The largest contributions of every layer.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Fireflies {
+    layers: Vec<Vec<Firefly>>,
+    /// Of each layer the size above which a contribution is kept.
+    least: Vec<f32>,
+}
+
+impl Fireflies {
+    /// None yet, of so many layers.
+    pub fn new(layers: usize) -> Self {
+        Self { layers: vec![Vec::new(); layers], least: vec![0.0; layers] }
+    }
+
+    /// Of each layer the largest contributions, the largest first. Those that are not finite come before all others.
+    pub fn layers(&self) -> &[Vec<Firefly>] {
+        &self.layers
+    }
+
+    /// The same from what [`Fireflies::layers`] gave.
+    pub fn of_layers(layers: Vec<Vec<Firefly>>) -> Self {
+        let mut all = Self::new(layers.len());
+        all.merge(&Self { least: Vec::new(), layers });
+        all
+    }
+
+    /// Forgets all.
+    pub(crate) fn start(&mut self) {
+        self.layers.iter_mut().for_each(Vec::clear);
+        self.least.fill(0.0);
+    }
+
+    /// Whether a contribution of this size would be kept.
+    #[inline]
+    pub(crate) fn takes(&self, layer: usize, size: f32) -> bool {
+        size > self.least[layer]
+    }
+
+    /// Keeps a contribution that is larger than those kept.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn keep(&mut self, layer: usize, c: &Contribution, (pixel, sample): ((u32, u32), u32)) {
+        let Contribution { technique, raster, value, weight, .. } = *c;
+        let firefly = Firefly { replicate: 0, pixel, sample, technique, raster, value, weight };
+        let kept = &mut self.layers[layer];
+        kept.push(firefly);
+        if kept.len() >= 2 * KEPT {
+            self.cut(layer);
+        }
+    }
+
+    fn cut(&mut self, layer: usize) {
+        let kept = &mut self.layers[layer];
+        kept.sort_by_key(Firefly::rank);
+        kept.truncate(KEPT);
+        if kept.len() == KEPT {
+            self.least[layer] = kept[KEPT - 1].size();
+        }
+    }
+
+    /// Takes in those of a block of a replicate.
+    pub(crate) fn add_block(&mut self, block: &Self, replicate: u32) {
+        for (layer, found) in block.layers.iter().enumerate() {
+            let larger = found.iter().filter(|firefly| firefly.size() > self.least[layer]);
+            let found: Vec<Firefly> = larger.map(|&firefly| Firefly { replicate, ..firefly }).collect();
+            if !found.is_empty() {
+                self.layers[layer].extend(found);
+                self.cut(layer);
+            }
+        }
+    }
+
+    /// Takes in those of other replicates.
+    pub fn merge(&mut self, other: &Self) {
+        for (layer, found) in other.layers.iter().enumerate() {
+            self.layers[layer].extend(found);
+            self.cut(layer);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sampling::vec2;
+
+    fn block(values: &[f32]) -> Fireflies {
+        let mut block = Fireflies::new(1);
+        for (i, &value) in values.iter().enumerate() {
+            let technique = Technique::Connect { s: 1, t: 2 };
+            let c = Contribution::new(vec2(0.0, 0.0), technique, Spectrum::splat(value), 1.0);
+            if block.takes(0, size(c.value)) {
+                block.keep(0, &c, ((0, 0), i as u32));
+            }
+        }
+        block
+    }
+
+    #[test]
+    fn the_largest_are_kept_whatever_the_blocks() {
+        let values: Vec<f32> = (0..400_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 8) as f32).collect();
+        let mut sorted = values.clone();
+        sorted.sort_by(|a, b| b.total_cmp(a));
+        for pieces in [1, 3, 50] {
+            let mut all = Fireflies::new(1);
+            values.chunks(values.len().div_ceil(pieces)).for_each(|chunk| all.add_block(&block(chunk), 0));
+            let sizes: Vec<f32> = all.layers()[0].iter().map(Firefly::size).collect();
+            assert_eq!(sizes, sorted[..KEPT], "{pieces}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_comes_first() {
+        let mut all = Fireflies::new(1);
+        all.add_block(&block(&[1.0, f32::NAN, 3.0, f32::INFINITY]), 5);
+        let samples: Vec<u32> = all.layers()[0].iter().map(|firefly| firefly.sample).collect();
+        assert_eq!(samples, [1, 3, 2, 0]);
+        assert!(all.layers()[0].iter().all(|firefly| firefly.replicate == 5));
+    }
+}
