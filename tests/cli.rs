@@ -8,6 +8,7 @@ use tempfile::TempDir;
 
 mod bad_input;
 mod decompositions;
+mod evidence;
 mod foreign;
 #[cfg(target_os = "linux")]
 mod signals;

@@ -1,11 +1,14 @@
 //! Experiment files: what is asked, in TOML.
 
 use crate::error::{Error, unknown};
+use crate::parts;
+use integrators::PartSettings;
 pub use samplers::Samplers;
 use sampling::filter::Filter;
 use sampling::sampler::SamplerKind;
 use serde::{Deserialize, Serialize};
 pub use sizes::Sizes;
+use std::collections::BTreeMap;
 
 mod samplers;
 mod sizes;
@@ -49,6 +52,12 @@ pub struct Experiment {
     /// Image size `[width, height]`, or a list of sizes, in each of which every scene is rendered; the scene's own where it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub size: Option<Sizes>,
+    /// What every image is taken apart into besides its orders: `"strategies"`, `"groups"`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<String>,
+    /// Light-path expressions by name: each is an image of its own.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub lpe: BTreeMap<String, String>,
     /// Variance against samples; left out, it is not measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub convergence: Option<Convergence>,
@@ -114,7 +123,7 @@ pub type Fault = (String, String);
 
 impl Experiment {
     /// The keys of its file.
-    pub const KEYS: [&'static str; 14] = [
+    pub const KEYS: [&'static str; 16] = [
         "title",
         "description",
         "scenes",
@@ -127,6 +136,8 @@ impl Experiment {
         "seed",
         "sampler",
         "size",
+        "layers",
+        "lpe",
         "convergence",
         "integrals",
     ];
@@ -146,6 +157,7 @@ impl Experiment {
             return fault("max_order", format!("max_order {} is above {HIGHEST_ORDER}", self.max_order));
         }
         self.size.as_ref().map_or(Ok(()), Sizes::check).or_else(|message| fault("size", message))?;
+        self.parts().map(|_| ())?;
         self.sampler.check().or_else(|message| fault("sampler", message))?;
         self.check_budget()?;
         for (key, measured) in [("convergence", &self.convergence), ("integrals", &self.integrals)] {
@@ -153,6 +165,26 @@ impl Experiment {
             checked.or_else(|(inner, message)| fault(&format!("{key}.{inner}"), message))?;
         }
         Ok(())
+    }
+
+    /// What every image is taken apart into.
+    ///
+    /// # Errors
+    /// If there is no such layer, or an expression cannot be read.
+    pub fn parts(&self) -> Result<PartSettings, Fault> {
+        let known = ["strategies", "groups"];
+        if let Some(other) = self.layers.iter().find(|layer| !known.contains(&layer.as_str())) {
+            return Err(("layers".to_owned(), unknown("layer", other, &known)));
+        }
+        let class = |(name, expression): (&String, &String)| {
+            parts::class(&format!("{name}={expression}")).map_err(|message| {
+                let key = format!("lpe.{name}");
+                (key.clone(), format!("{key}: {message}"))
+            })
+        };
+        let asked = |layer: &str| self.layers.iter().any(|asked| asked == layer);
+        let classes = self.lpe.iter().map(class).collect::<Result<_, _>>()?;
+        Ok(PartSettings { strategies: asked("strategies"), groups: asked("groups"), classes })
     }
 
     fn check_budget(&self) -> Result<(), Fault> {
@@ -256,6 +288,8 @@ mod tests {
     fn the_listed_keys_are_those_of_the_struct() {
         let mut experiment = Source::open("samplers").unwrap().parse().unwrap();
         (experiment.seconds, experiment.size) = (Some(1.0), Some(Sizes(vec![[4, 4]])));
+        experiment.layers = vec!["groups".to_owned()];
+        experiment.lpe = BTreeMap::from([("caustics".to_owned(), "CDS+L".to_owned())]);
         let mut known = Experiment::KEYS.to_vec();
         known.sort_unstable();
         let mut table: Vec<String> = toml::Table::try_from(&experiment).unwrap().keys().cloned().collect();

@@ -69,6 +69,12 @@ pub fn records(
     Ok(records)
 }
 
+/// A JSON array with a record a line.
+pub fn in_lines(records: &[FireflyRecord]) -> String {
+    let lines: Vec<String> = records.iter().map(|r| serde_json::to_string(r).unwrap_or_default()).collect();
+    format!("[\n{}\n]\n", lines.join(",\n"))
+}
+
 fn command(
     plan: &Plan,
     scene: &PlannedScene,

@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::machine::require_memory;
 use crate::settings::{differences, table_to_json};
 use crate::source::Source;
-use integrators::{Integrator, Methods, Orders, Render, RenderSettings, Request};
+use integrators::{Integrator, Methods, Orders, PartSettings, Render, RenderError, RenderSettings, render};
 use sampling::sampler::SamplerKind;
 use scenes::{LoadOptions, Scene, Skip};
 
@@ -22,6 +22,8 @@ pub struct Plan {
     pub methods: Vec<PlannedMethod>,
     /// Samples or seconds of each method in each scene.
     pub budget: Budget,
+    /// What every image is taken apart into.
+    pub parts: PartSettings,
 }
 
 /// A scene of the plan.
@@ -62,7 +64,8 @@ impl Plan {
         let budget = budget.map_err(|message| source.blame("spp", message))?;
         let methods = planned_methods(source, &experiment, methods)?;
         let scenes = planned_scenes(source, &experiment)?;
-        let plan = Self { name: source.name.clone(), experiment, scenes, methods, budget };
+        let parts = experiment.parts().map_err(|(key, message)| source.blame(&key, message))?;
+        let plan = Self { name: source.name.clone(), experiment, scenes, methods, budget, parts };
         plan.check_support()?;
         plan.check_memory()?;
         Ok(plan)
@@ -81,9 +84,11 @@ impl Plan {
     fn check_support(&self) -> Result<(), Error> {
         for (scene, method) in self.scenes.iter().flat_map(|s| self.methods.iter().map(move |m| (s, m))) {
             let settings = self.render_settings(method);
-            let request = Request::new(settings.orders, settings.tail);
-            let reason = method.method.unsupported(&scene.scene);
-            if let Some(reason) = reason.or_else(|| method.method.unsupported_request(&request)) {
+            if let Err(error) = render::request(&scene.scene, &*method.method, &settings, &self.parts) {
+                let reason = match error {
+                    RenderError::Unsupported { reason, .. } => reason,
+                    other => other.to_string(),
+                };
                 return Err(Error::usage(format!("{} cannot render {}: {reason}", method.label, scene.name)));
             }
         }
@@ -92,15 +97,21 @@ impl Plan {
 
     /// Films of all methods of the largest scene are held at once, and the results of all.
     fn check_memory(&self) -> Result<(), Error> {
-        let layers = self.experiment.max_order as u64 + 2;
         let mut largest: u128 = 0;
         let mut kept: u128 = 0;
         for scene in &self.scenes {
             let pixels = u64::from(scene.scene.camera.width()) * u64::from(scene.scene.camera.height());
-            largest = largest.max(u128::from(Render::bytes(pixels, layers)));
-            kept += u128::from(pixels) * u128::from(layers) * 48;
+            let mut of_scene: u128 = 0;
+            for method in &self.methods {
+                let settings = self.render_settings(method);
+                let request = render::request(&scene.scene, &*method.method, &settings, &self.parts)?;
+                let layers = request.film_layers() as u64;
+                of_scene += u128::from(Render::bytes(pixels, layers));
+                kept += u128::from(pixels) * u128::from(layers) * 48;
+            }
+            largest = largest.max(of_scene);
         }
-        require_memory((largest + kept) * self.methods.len() as u128, "this experiment")
+        require_memory(largest + kept, "this experiment")
     }
 }
 

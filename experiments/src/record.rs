@@ -1,7 +1,8 @@
-//! `records.csv`, one row a measurement, and `manifest.json`, which says where they come from.
+//! `records.csv` and `records.jsonl`, one row a measurement, and `manifest.json`, which says where they come from.
 //!
 //! The columns of the records: `experiment`, `scene`; `method`, the label, and `setting`, what differs from the method's
-//! defaults; `sampler`; `order`, a number, `tail` or `total` (empty where it makes no sense); `spp`, samples per pixel over all
+//! defaults; `sampler`; `order`, a number, `tail`, `total`, or the name of a
+//! layer that the image was taken apart into (empty where it makes no sense); `spp`, samples per pixel over all
 //! `replicates`; `seconds`, wall time of those samples; `quantity`; `channel`, one of `r`, `g`, `b`, or `all` for their mean;
 //! `value`; and `ci_low`, `ci_high`, the ends of a 95 % interval where one is known.
 //!
@@ -19,6 +20,7 @@
 //! | `rays_closest`, `rays_shadow`, `camera_paths`, `light_paths`, `connections`, `bsdf_samples`, `invalid` | counts |
 //! | `seconds` | wall time of transport \[s\] |
 //! | `agreement_t`, `agreement_p`, `agreement_detectable_bias` | two methods and samplers, `A vs B`, compared by their image means |
+//! | `largest` | the largest single contribution, mean of channels \[W/(m²·sr)\] |
 //! | `agreement_blocks`, `agreement_rejected`, `agreement_smallest_p` | and by their blocks: tested, different, adjusted p |
 
 use crate::error::Error;
@@ -27,7 +29,7 @@ use crate::machine::{VERSION, machine, timestamp};
 use crate::output::Folder;
 use crate::plan::Plan;
 use crate::result::{Checkpoint, ExperimentResult, Manifest, MethodRecord, MethodResult, SceneRecord};
-use integrators::Layer;
+use integrators::{Layer, Part, Quantity};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::path::Path;
@@ -157,12 +159,12 @@ impl Record<'_> {
     }
 }
 
-/// Writes all records.
+/// Writes all records into a folder: as a table, and as lines of JSON.
 ///
 /// # Errors
-/// If the file cannot be written.
-pub fn write_records(path: &Path, result: &ExperimentResult) -> Result<(), Error> {
-    let mut table = Table { writer: csv::Writer::from_writer(Vec::new()), failure: None };
+/// If a file cannot be written.
+pub fn write_records(folder: &Path, result: &ExperimentResult) -> Result<(), Error> {
+    let mut table = Table { writer: csv::Writer::from_writer(Vec::new()), lines: Vec::new(), failure: None };
     for method in &result.methods {
         let sampler = method.sampler.to_string();
         let blank = Record {
@@ -182,6 +184,7 @@ pub fn write_records(path: &Path, result: &ExperimentResult) -> Result<(), Error
             ci_high: None,
         };
         table.add_moments(&blank, method);
+        table.add_parts(&blank, method);
         table.add_covariances(&blank, method);
         table.add_counters(&blank, method);
         table.add_convergence(&blank, method, result);
@@ -189,8 +192,11 @@ pub fn write_records(path: &Path, result: &ExperimentResult) -> Result<(), Error
     }
     table.add_agreement(result);
     table.add_integrals(result);
+    let lines = std::mem::take(&mut table.lines);
+    let path = folder.join("records.csv");
     let bytes = table.finish().map_err(|e| Error::usage(format!("{}: {e}", path.display())))?;
-    Ok(write_atomically(path, &bytes)?)
+    write_atomically(&path, &bytes)?;
+    Ok(write_atomically(&folder.join("records.jsonl"), &lines)?)
 }
 
 /// The order as a record has it; `None` is the sum of all.
@@ -207,11 +213,15 @@ fn t_interval(mean: f64, error: f64, replicates: u32) -> (f64, f64) {
 /// The records written so far.
 struct Table {
     writer: csv::Writer<Vec<u8>>,
+    /// The same as lines of JSON, what is not finite being `null`.
+    lines: Vec<u8>,
     failure: Option<csv::Error>,
 }
 
 impl Table {
     fn add(&mut self, record: Record) {
+        self.lines.extend(serde_json::to_vec(&record).unwrap_or_default());
+        self.lines.push(b'\n');
         if let Err(e) = self.writer.serialize(record) {
             self.failure.get_or_insert(e);
         }
@@ -257,6 +267,25 @@ impl Table {
         }
     }
 
+    /// The means and variances of what the image was taken apart into, the layer's name standing for the order.
+    fn add_parts(&mut self, blank: &Record, method: &MethodResult) {
+        let m = &method.measurement;
+        let is_light = |part: &Part| !matches!(part, Part::Strategy { quantity: Quantity::Weights, .. });
+        for (i, part) in m.parts().filter(|(_, part)| is_light(part)) {
+            let row = Record { order: part.name(m.max_order), ..blank.clone() };
+            let (mean, error) = (m.image_mean(i), m.image_mean_error(i));
+            for (c, channel) in ["r", "g", "b"].into_iter().enumerate() {
+                let ci = error.map(|error| t_interval(mean[c], error[c], m.replicates));
+                let (ci_low, ci_high) = (ci.map(|ci| ci.0), ci.map(|ci| ci.1));
+                self.add(Record { quantity: "mean", channel, value: mean[c], ci_low, ci_high, ..row.clone() });
+            }
+            if let Some(variance) = m.image_variance(i) {
+                let of_sample = variance.map(|v| v * f64::from(m.samples_per_replicate));
+                self.add_channels(&Record { quantity: "variance", ..row }, of_sample);
+            }
+        }
+    }
+
     fn add_covariances(&mut self, blank: &Record, method: &MethodResult) {
         let m = &method.measurement;
         let layers = m.layers.len();
@@ -285,6 +314,12 @@ impl Table {
         }
         for (layer, &count) in method.measurement.layers.iter().zip(&method.measurement.invalid) {
             self.add(Record { order: layer.label(), quantity: "invalid", value: count as f64, ..blank.clone() });
+        }
+        for (layer, found) in method.measurement.layers.iter().zip(method.measurement.fireflies.layers()) {
+            if let Some(largest) = found.first() {
+                let value = f64::from(largest.size());
+                self.add(Record { order: layer.label(), quantity: "largest", value, ..blank.clone() });
+            }
         }
         self.add(Record { quantity: "seconds", value: method.measurement.seconds(), ..blank.clone() });
     }

@@ -5,6 +5,7 @@ use crate::config::{self, Experiment, Samplers, Sizes};
 use crate::error::{Error, Status};
 use crate::export::exr::{ImageMeta, LayerSelection, write_measurement};
 use crate::export::png::write_contact_sheet;
+use crate::export::pyramid;
 use crate::export::write_atomically;
 use crate::output::Folder;
 use crate::plan::Plan;
@@ -14,7 +15,7 @@ use crate::result::{AgreementRow, ExperimentResult, RatioRow, Verdict};
 use crate::source::Source;
 use crate::stop::Stop;
 use crate::{agreement, budget, convergence, fireflies, ratio, record, report, runner, settings};
-use integrators::Methods;
+use integrators::{Methods, Part};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -147,11 +148,15 @@ fn write_all(folder: &Folder, result: &ExperimentResult) -> Result<(), Error> {
         };
         let image = scene_folder.join(format!("{}.exr", method.label));
         write_measurement(&image, &method.measurement, &meta, LayerSelection::ALL)?;
+        if method.measurement.parts.iter().any(|part| matches!(part, Part::Strategy { .. })) {
+            let sheet = scene_folder.join(format!("{}_strategies.png", method.label));
+            pyramid::write(&sheet, &method.measurement, &format!("{} in {}", method.label, method.scene))?;
+        }
         let sheet = scene_folder.join(format!("{}.png", method.label));
         write_contact_sheet(&sheet, &method.measurement, &format!("{} in {}", method.label, method.scene))?;
     }
-    record::write_records(&staging.join("records.csv"), result)?;
-    let fireflies = serde_json::to_string_pretty(&result.fireflies).unwrap_or_default() + "\n";
+    record::write_records(staging, result)?;
+    let fireflies = fireflies::in_lines(&result.fireflies);
     write_atomically(&staging.join("fireflies.json"), fireflies.as_bytes())?;
     report::write(staging, result)?;
     record::write_manifest(folder, &result.manifest)

@@ -9,7 +9,7 @@ use crate::plan::{Plan, PlannedMethod, PlannedScene};
 use crate::progress::{Progress, Verbosity};
 use crate::result::{Checkpoint, IntegralResult, MethodResult};
 use crate::stop::Stop;
-use integrators::{Layer, PartSettings, Render, RenderSettings, Window, render};
+use integrators::{Layer, Render, RenderSettings, Window, render};
 
 /// Runs all of the plan in the current thread pool: integrals, then scene after scene. After an early end, what is complete.
 ///
@@ -103,7 +103,7 @@ fn compare_methods(
     let mut renders = Vec::new();
     for (planned, &samples_per_replicate) in plan.methods.iter().zip(samples) {
         let settings = RenderSettings { samples_per_replicate, ..plan.render_settings(planned) };
-        let request = render::request(&scene.scene, &*planned.method, &settings, &PartSettings::default())?;
+        let request = render::request(&scene.scene, &*planned.method, &settings, &plan.parts)?;
         let request = request.with_fireflies();
         renders.push(Render::of_request(&scene.scene, &*planned.method, settings, Window::of(&scene.scene), request)?);
     }

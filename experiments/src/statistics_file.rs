@@ -121,13 +121,9 @@ impl Statistics {
             estimate: estimate(i),
         };
         let part = |(i, part): (usize, &Part)| {
-            let name = part.name(m.max_order);
-            let layer = match part {
-                Part::Strategy { quantity: Quantity::Weights, .. } => return None,
-                Part::Strategy { quantity: Quantity::Raw, .. } => format!("{name}_raw"),
-                _ => name,
-            };
-            Some(PartEntry { layer, estimate: estimate(i) })
+            // The sums that weights are made of are no light.
+            let is_light = !matches!(part, Part::Strategy { quantity: Quantity::Weights, .. });
+            is_light.then(|| PartEntry { layer: part.name(m.max_order), estimate: estimate(i) })
         };
         Self {
             neumann: VERSION,

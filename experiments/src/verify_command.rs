@@ -8,6 +8,7 @@ use crate::agreement;
 use crate::cli::{VerifyArgs, print};
 use crate::config::{Experiment, MethodEntry, Sizes};
 use crate::error::{Error, Status};
+use crate::export::notation::listed;
 use crate::plan::Plan;
 use crate::progress::{Verbosity, while_loading};
 use crate::result::{AgreementRow, MethodResult, Verdict};
@@ -134,6 +135,8 @@ fn plan(scene: &str, args: &VerifyArgs, methods: &Methods) -> Result<(Plan, Vec<
         seed: args.seed,
         sampler: Default::default(),
         size: Some(Sizes(vec![[width, height]])),
+        layers: Vec::new(),
+        lpe: BTreeMap::new(),
         convergence: None,
         integrals: None,
     };
@@ -217,33 +220,41 @@ fn agreement_in_words(rows: &[AgreementRow]) -> String {
     let mut layers: Vec<Layer> = Vec::new();
     rows.iter().for_each(|row| {
         if !layers.contains(&row.order) {
-            layers.push(row.order)
+            layers.push(row.order);
         }
     });
-    let (mut tested, mut open) = (Vec::new(), Vec::new());
-    for layer in layers {
+    let (mut tested, mut open, mut most) = (Vec::new(), Vec::new(), 0.0_f64);
+    for (i, &layer) in layers.iter().enumerate() {
         let of_layer = rows.iter().filter(|row| row.order == layer);
-        let judged = of_layer.filter(|row| matches!(row.verdict, Verdict::Agree | Verdict::Equal));
-        match judged.map(|row| row.detectable_bias).min_by(f64::total_cmp) {
-            Some(bias) if bias.is_finite() => tested.push((layer, bias)),
-            _ => open.push(layer.label()),
+        let found = |row: &AgreementRow| match row.verdict {
+            Verdict::Agree => Some(row.detectable_bias),
+            // Without any variance every bias is seen, and where there is no light, all there is.
+            Verdict::Equal => Some(0.0),
+            _ => None,
+        };
+        match of_layer.filter_map(found).min_by(f64::total_cmp) {
+            Some(bias) if bias.is_finite() => {
+                tested.push(i);
+                most = most.max(bias);
+            }
+            _ => open.push(i),
         }
     }
-    let most = tested.iter().map(|&(_, bias)| bias).max_by(f64::total_cmp);
-    let orders: Vec<String> = tested.iter().map(|(layer, _)| layer.label()).collect();
-    let mut text = match most {
-        Some(most) => format!(
-            "No two methods differ in order{} {}: a bias of {:.2} % of an order's mean would have been found nine times out of \
-             ten in each of them.",
-            if orders.len() == 1 { "" } else { "s" },
-            orders.join(", "),
-            100.0 * most
-        ),
-        None => "Nothing could be decided: no two methods carry the same light here, or too little of it arrived."
-            .to_owned(),
+    let named = |indices: &[usize]| {
+        let plural = if indices.len() == 1 { "" } else { "s" };
+        format!("order{plural} {}", listed(indices, |i| layers[i].label()))
     };
-    if most.is_some() && !open.is_empty() {
-        text += &format!(" Nothing could be decided in order {}.", open.join(", "));
+    if tested.is_empty() {
+        return "Nothing could be decided: no two methods carry the same light here, or too little of it arrived."
+            .to_owned();
+    }
+    let mut text = format!(
+        "No two methods differ in {}: a bias of {:.2} % of an order's mean would have been found nine times out of ten in each.",
+        named(&tested),
+        100.0 * most
+    );
+    if !open.is_empty() {
+        text += &format!(" Nothing could be decided in {}.", named(&open));
     }
     text
 }
@@ -291,5 +302,51 @@ fn cell(pair: &Pair) -> String {
         Verdict::Differ => "DIFFER".to_owned(),
         Verdict::Inconclusive => "?".to_owned(),
         Verdict::Incomparable => "—".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(order: usize, verdict: Verdict, detectable_bias: f64, mean_b: f64) -> AgreementRow {
+        AgreementRow {
+            scene: "room".to_owned(),
+            a: "path".to_owned(),
+            b: "bdpt".to_owned(),
+            order: Layer::Order(order),
+            mean_a: 1.0,
+            mean_b,
+            t: 0.0,
+            p: 1.0,
+            blocks: 4,
+            rejected: 0,
+            smallest_adjusted_p: 1.0,
+            detectable_bias,
+            verdict,
+        }
+    }
+
+    #[test]
+    fn the_sentence_names_the_weakest_order_and_those_left_open() {
+        let rows = [
+            row(0, Verdict::Equal, f64::INFINITY, 1.0),
+            row(1, Verdict::Agree, 0.02, 1.0),
+            row(1, Verdict::Agree, 0.01, 1.0),
+            row(2, Verdict::Agree, 0.003, 1.0),
+            row(3, Verdict::Inconclusive, f64::INFINITY, 1.0),
+        ];
+        let text = sentence(&rows, &BTreeMap::new());
+        assert!(text.contains("orders 0 to 2: a bias of 1.00 %") && text.contains("decided in order 3"), "{text}");
+        let open = sentence(&rows[4..], &BTreeMap::new());
+        assert!(open.starts_with("Nothing could be decided"), "{open}");
+    }
+
+    #[test]
+    fn differences_and_samples_that_are_not_finite_are_told() {
+        let rows = [row(1, Verdict::Differ, 0.01, 1.2), row(2, Verdict::Differ, 0.01, 1.05)];
+        let text = sentence(&rows, &BTreeMap::from([("bdpt".to_owned(), 3), ("path".to_owned(), 0)]));
+        assert!(text.contains("path and bdpt in order 1, path and bdpt in order 2"), "{text}");
+        assert!(text.contains("by most, 18.18 %") && text.contains("not finite: 3 of bdpt."), "{text}");
     }
 }

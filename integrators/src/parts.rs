@@ -67,12 +67,18 @@ pub enum Part {
 }
 
 impl Part {
-    /// The name of its layer in image files, without what names the quantity of a strategy: `s02_t03`, `group_key`,
-    /// `group_key_order02`, `lpe_caustics`.
+    /// The name of its layer in image files: `s02_t03`, `s02_t03_raw`, `s02_t03_weight`, `group_key`, `group_key_order02`,
+    /// `lpe_caustics`.
     pub fn name(&self, max_order: usize) -> String {
         match self {
-            Part::Strategy { s, t, .. } if max_order > 97 => format!("s{s:03}_t{t:03}"),
-            Part::Strategy { s, t, .. } => format!("s{s:02}_t{t:02}"),
+            Part::Strategy { s, t, quantity } => {
+                let strategy = if max_order > 97 { format!("s{s:03}_t{t:03}") } else { format!("s{s:02}_t{t:02}") };
+                match quantity {
+                    Quantity::Weighted => strategy,
+                    Quantity::Raw => strategy + "_raw",
+                    Quantity::Weights => strategy + "_weight",
+                }
+            }
             Part::Group { name, layer: None } => format!("group_{name}"),
             Part::Group { name, layer: Some(layer) } => format!("group_{name}_{}", layer.name(max_order)),
             Part::Class { name } => format!("lpe_{name}"),
@@ -197,6 +203,6 @@ mod tests {
         assert_eq!(names, ["key", "Light_001", "Light_001_2", "sch_n"]);
         let part = Part::Group { name: "key".into(), layer: Some(Layer::Order(2)) };
         assert_eq!(part.name(8), "group_key_order02");
-        assert_eq!(Part::Strategy { s: 2, t: 3, quantity: Quantity::Raw }.name(8), "s02_t03");
+        assert_eq!(Part::Strategy { s: 2, t: 3, quantity: Quantity::Raw }.name(8), "s02_t03_raw");
     }
 }

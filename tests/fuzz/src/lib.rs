@@ -84,7 +84,7 @@ pub fn experiment(bytes: &[u8]) {
     write("experiment.toml", bytes);
     let Ok(source) = neumann::source::Source::open("experiment.toml") else { return };
     if let Ok(experiment) = source.parse() {
-        _ = neumann::plan::Plan::new(&source, experiment);
+        _ = neumann::plan::Plan::new(&source, experiment, &integrators::Methods::standard());
     }
 }
 

@@ -22,22 +22,16 @@ pub(super) fn of(m: &Measurement, selection: LayerSelection) -> Vec<Channel> {
     }
     for (i, part) in m.parts() {
         let name = part.name(m.max_order);
-        match part {
-            Part::Strategy { quantity: Quantity::Weights, .. } => {
-                channels.luminance(&format!("{name}_weight"), &|p| mean_weight(m, i, p).0);
-                if with_variance {
-                    channels.luminance(&format!("{name}_weight_var"), &|p| mean_weight(m, i, p).1);
-                }
-                continue;
-            }
-            _ => {
-                let raw = matches!(part, Part::Strategy { quantity: Quantity::Raw, .. });
-                let name = if raw { format!("{name}_raw") } else { name };
-                channels.colour(&name, &|p| m.mean(i, p));
-                if with_variance {
-                    channels.colour(&format!("{name}_var"), &|p| variance_of_mean(m, i, p));
-                }
-            }
+        let of_weights = matches!(part, Part::Strategy { quantity: Quantity::Weights, .. });
+        match of_weights {
+            true => channels.luminance(&name, &|p| mean_weight(m, i, p).0),
+            false => channels.colour(&name, &|p| m.mean(i, p)),
+        }
+        let name = format!("{name}_var");
+        match of_weights {
+            _ if !with_variance => {}
+            true => channels.luminance(&name, &|p| mean_weight(m, i, p).1),
+            false => channels.colour(&name, &|p| variance_of_mean(m, i, p)),
         }
     }
     channels.list
