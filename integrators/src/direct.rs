@@ -172,22 +172,23 @@ struct Found {
     end: End,
 }
 
-/// Where light that was scattered once comes from.
-enum End {
-    Sampled(Endpoint),
-    /// By a direction of this weight and density [1/sr]: a surface, or nothing.
-    Met(Option<Interaction>, Spectrum, f32),
+/// Where light that was scattered once comes from: a sampled point, or what a direction of this weight and density [1/sr] met, a surface
+/// or nothing.
+struct End {
+    sampled: Option<Endpoint>,
+    met: Option<Interaction>,
+    weight: Spectrum,
+    pdf: f32,
 }
 
 impl End {
     /// As the next vertex after one that a walk reached.
     fn vertex(&self, scene: &Scene, emitter: EmitterId, wi: Vec3, before: &PathVertex) -> Option<PathVertex> {
-        match *self {
-            End::Sampled(endpoint) => Some(PathVertex { wo: -wi, ..PathVertex::of_emitter(emitter, endpoint) }),
-            End::Met(Some(ref hit), weight, pdf) => {
-                Some(PathVertex::of_surface(hit, wi, before.beta * weight, pdf, before))
-            }
-            End::Met(None, weight, pdf) => PathVertex::of_environment(scene, wi, before.beta * weight, pdf),
+        let beta = before.beta * self.weight;
+        match (self.sampled, &self.met) {
+            (Some(endpoint), _) => Some(PathVertex { wo: -wi, ..PathVertex::of_emitter(emitter, endpoint) }),
+            (None, Some(hit)) => Some(PathVertex::of_surface(hit, wi, beta, self.pdf, before)),
+            (None, None) => PathVertex::of_environment(scene, wi, beta, self.pdf),
         }
     }
 }
@@ -218,7 +219,7 @@ impl Direct {
         }
         let alone = self.strategy == Strategy::Emitter || event.delta;
         let weight = if alone { 1.0 } else { weight2(self.mis, event.pdf, pdf) };
-        let end = End::Sampled(event.endpoint);
+        let end = End { sampled: Some(event.endpoint), met: None, weight: Spectrum::ONE, pdf: event.pdf };
         Some(Found { emitter: event.emitter, value, weight, wi: event.wi, delta: false, end })
     }
 
@@ -239,21 +240,23 @@ impl Direct {
         scratch.counters.bsdf_samples += 1;
         let sample = hit.sample(wo, uc, u, TransportMode::Radiance)?;
         scratch.counters.closest += 1;
-        let (emitter, le, pdf, end) = match scene.intersect(&hit.point.spawn(sample.wi)) {
+        let met = scene.intersect(&hit.point.spawn(sample.wi));
+        let (emitter, le, pdf) = match &met {
             Some(next) => {
                 let emitter = next.emitter?;
-                let pdf = pdf_next_event(scene, &hit.point, emitter, &next, sample.wi);
-                (emitter, scene.le(&next, -sample.wi), pdf, End::Met(Some(next), sample.weight, sample.pdf))
+                let pdf = pdf_next_event(scene, &hit.point, emitter, next, sample.wi);
+                (emitter, scene.le(next, -sample.wi), pdf)
             }
             None => {
                 let emitter = scene.environment?;
                 let pdf = pdf_next_event_environment(scene, &hit.point, emitter, sample.wi);
-                (emitter, scene.environment_le(sample.wi), pdf, End::Met(None, sample.weight, sample.pdf))
+                (emitter, scene.environment_le(sample.wi), pdf)
             }
         };
         let delta = sample.lobe.is_delta();
         let alone = self.strategy == Strategy::Bsdf || delta;
         let weight = if alone { 1.0 } else { weight2(self.mis, sample.pdf, pdf) };
+        let end = End { sampled: None, met, weight: sample.weight, pdf: sample.pdf };
         Some(Found { emitter, value: sample.weight * le, weight, wi: sample.wi, delta, end })
     }
 }
