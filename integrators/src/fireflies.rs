@@ -153,7 +153,7 @@ mod tests {
 
     #[test]
     fn the_largest_are_kept_whatever_the_blocks() {
-        let values: Vec<f32> = (0..400_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 8) as f32).collect();
+        let values: Vec<f32> = (0..400_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 12) as f32).collect();
         let mut sorted = values.clone();
         sorted.sort_by(|a, b| b.total_cmp(a));
         for pieces in [1, 3, 50] {
