@@ -1,7 +1,7 @@
 //! What an experiment leaves behind: the structs that the runner fills, and that records, plots and reports read.
 
 use crate::config::Experiment;
-use crate::convergence::Line;
+use crate::statistics::slopes::Line;
 use integrators::{Layer, Measurement};
 use sampling::sampler::SamplerKind;
 use serde::{Deserialize, Serialize};
