@@ -119,7 +119,10 @@ impl fmt::Display for Table {
             let cells = counts.map(|c| if c.runs == 0 { "–".to_owned() } else { c.to_string() }).join(" | ");
             let missed =
                 counts[0].missed.map(|n| format!("{:.1}", 100.0 * n as f64 / counts[0].runs as f64)).join(", ");
-            let widths = [counts[0], counts[2]].map(|c| format!("{:.2}", c.width / c.runs as f64)).join(", ");
+            let width = |c: Count| {
+                Some(c.width / c.runs as f64).filter(|w| w.is_finite()).map_or("–".to_owned(), |w| format!("{w:.2}"))
+            };
+            let widths = [counts[0], counts[2]].map(width).join(", ");
             writeln!(f, "| {quantity} | {kind} | {cells} | {missed} | {widths} |")?;
         }
         Ok(())

@@ -171,10 +171,10 @@ impl Tail {
 
     /// Whether the variance looks infinite: α is below 2 by more than 3.09 standard errors.
     ///
-    /// False alarms: where `P(X > x)` is exactly a power of index α ≥ 2 beyond the tail's start, at most 10⁻³, and fewer the larger α is; where
-    /// the tail falls faster than any power, as that of exponential values, none to speak of. A lognormal tail looks like
-    /// a power of index `z/σ` at the quantile z of the logarithm, 2.3/σ where the tail starts: up to σ = 1 its variance is called finite; that
-    /// of σ ≥ 1.5 is finite too, but a sample of affordable size does not show it, and error bars are as little to be trusted.
+    /// False alarms: where `P(X > x)` is exactly a power of index α ≥ 2 beyond the tail's start, at most 10⁻³, and fewer the larger α
+    /// is; where the tail falls faster than any power, as that of exponential values, none to speak of. A lognormal tail looks like a power
+    /// of index 2.95/σ beyond its upper hundredth: for σ up to 1.4 its variance is called finite, for σ = 2 infinite, which it is not; but no
+    /// sample of affordable size shows that, and error bars are as little to be trusted.
     pub fn variance(&self) -> Variance {
         match self.index() {
             None => Variance::Unknown,

@@ -1,5 +1,6 @@
 //! The same in a real scene: the integrating sphere in 4×4 pixels, by `path` and `bdpt`, every order known.
 
+use super::synthetic::Chance;
 use super::{REPLICATES, Table, experiments};
 use crate::support::{GAUSS, builtin, exact, grey, method};
 use integrators::method::Pixel;
@@ -11,7 +12,7 @@ use neumann::statistics::errors::{Errors, Reference};
 use neumann::statistics::multiple::sidak_level;
 use neumann::statistics::slopes::{Point, slope};
 use neumann::statistics::welch::{POWER, Sample, Welch, detectable, rounding, welch};
-use neumann::statistics::{Estimate, uniformity};
+use neumann::statistics::{Estimate, positive, uniformity};
 use rayon::prelude::*;
 use sampling::moments::Moments;
 use sampling::sampler::{Role, Sampler, SamplerKind};
@@ -66,6 +67,8 @@ fn render<'a>(scene: &'a Scene, method: &'a dyn Integrator, samples: u32, seed: 
 struct Run {
     errors: Vec<Vec<neumann::statistics::errors::LayerErrors>>,
     squares: Vec<Vec<Vec<f64>>>,
+    /// Of a replicate at the first checkpoint. They are made up, with a mean of 1: those of a clock have no truth.
+    seconds: Vec<f64>,
     /// By layer, the sum last: image means.
     means: Vec<Moments>,
 }
@@ -94,7 +97,9 @@ fn run(scene: &Scene, method: &dyn Integrator, reference: Reference, seed: u64) 
         }
         squares.push((0..LAST + 2).map(|layer| of.recursive_squares(layer).to_vec()).collect());
     }
-    Run { errors, squares, means }
+    let mut chance = Chance::new(seed as usize, 0x5ce);
+    let seconds = (1..MOST).map(|_| 1.0 + 0.1 * chance.normal()).collect();
+    Run { errors, squares, seconds, means }
 }
 
 /// The variances are those of all seeds together: a hundredth as uncertain as the intervals.
@@ -107,7 +112,7 @@ fn intervals_cover_the_truth_of_the_integrating_sphere() {
     let mut table = Table::default();
     let methods = ["path", "bdpt"].map(method);
     let runs = methods.each_ref().map(|method| -> Vec<Run> {
-        (0..experiments(60) as u64).into_par_iter().map(|seed| run(&scene, method.as_ref(), reference, seed)).collect()
+        (0..experiments(40) as u64).into_par_iter().map(|seed| run(&scene, method.as_ref(), reference, seed)).collect()
     });
     for (method, runs) in methods.iter().zip(&runs) {
         for layer in 0..LAST + 2 {
@@ -134,6 +139,8 @@ fn intervals_cover_the_truth_of_the_integrating_sphere() {
                     };
                     let slope: Estimate = slope(&[point(0), point(1), point(2)], 1).unwrap();
                     table.add("slope, samples", &name, slope, -1.0);
+                    let efficiency = positive::efficiency(point(0).squares, &run.seconds[..replicates - 1], 2);
+                    table.add("efficiency", &name, efficiency, 1.0 / variance);
                 }
             }
         }
@@ -237,7 +244,7 @@ fn biased_methods_are_detected_with_the_promised_power() {
     let scene = builtin("integrating_sphere", SIZE);
     let methods = Methods::standard().with::<Faulty>("faulty", "path with a fault");
     let build = |fault: Fault| methods.build("faulty", &json!({"fault": fault})).unwrap();
-    let seeds = experiments(60);
+    let seeds = experiments(40);
     let of = |method: &dyn Integrator| -> Vec<Sample> {
         (0..seeds as u64).into_par_iter().map(|seed| order_2(&scene, method, seed)).collect()
     };

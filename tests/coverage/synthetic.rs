@@ -229,17 +229,17 @@ fn intervals_of_errors_cover_the_truth() {
         biases.iter().for_each(|&bias| errors(table, kind, bias, replicates, chance));
         covariances(table, kind, replicates, chance);
     };
-    tabulate(experiments(400), experiment).finish();
+    tabulate(experiments(80), experiment).finish();
 }
 
 #[test]
 fn intervals_of_efficiencies_cover_the_truth() {
-    tabulate(experiments(400), efficiencies).finish();
+    tabulate(experiments(80), efficiencies).finish();
 }
 
 #[test]
 fn intervals_of_slopes_cover_the_truth() {
-    tabulate(experiments(60), lines).finish();
+    tabulate(experiments(40), lines).finish();
 }
 
 /// A mean of lognormal replicates: as skewed as image means are where a few paths carry them.
@@ -257,5 +257,5 @@ fn intervals_of_means_cover_the_truth() {
             }
         }
     };
-    tabulate(experiments(400), experiment).finish();
+    tabulate(experiments(80), experiment).finish();
 }
