@@ -4,6 +4,7 @@ mod agreement;
 mod bsdf_laws;
 mod cameras;
 mod cli;
+mod coverage;
 mod crops;
 mod determinism;
 mod distant_emitters;

@@ -8,15 +8,14 @@
 
 use crate::path_class::carries;
 use crate::result::{AgreementRow, MethodResult, Verdict};
+use crate::statistics::multiple::benjamini_hochberg;
+use crate::statistics::welch::{Sample, Welch, detectable, rounding, welch};
 use integrators::{Layer, Measurement};
 use sampling::moments::Moments;
-use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+use statrs::distribution::{ContinuousCDF, Normal};
 
 /// The part of the differences found that may be false.
 pub const DISCOVERY_RATE: f64 = 0.01;
-/// The probability with which a bias of [`AgreementRow::detectable_bias`] is found.
-pub const POWER: f64 = 0.9;
-
 /// The least variance that a block is taken to have, as a part of what its mean and the whole image's variance lead to expect.
 ///
 /// Where contributions are few, replicates that have none lower mean and variance at once, and t may be anything. (Simulated
@@ -24,102 +23,6 @@ pub const POWER: f64 = 0.9;
 /// at 10 contributions in a block, 80 times at one, and none with this floor.) It is made from both methods' means and the
 /// variances of all blocks, never from the block's own variance.
 const FLOOR: f64 = 0.5;
-
-/// Two means compared with their variances [Welch 1947].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Welch {
-    /// Difference of the means, second less first, in standard errors.
-    pub t: f64,
-    /// Degrees of freedom; infinite where there is no variance.
-    pub freedom: f64,
-    /// Two-sided p-value.
-    pub p: f64,
-    /// Standard error of the difference.
-    pub standard_error: f64,
-    /// Whether neither has any variance, so that equality is the only question.
-    pub exact: bool,
-}
-
-/// Mean, variance and number of independent values.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
-    /// Their mean.
-    pub mean: f64,
-    /// Variance of one value.
-    pub variance: f64,
-    /// Their number.
-    pub n: u32,
-}
-
-impl Sample {
-    fn with_variance_from(self, least: f64) -> Self {
-        Self { variance: self.variance.max(least), ..self }
-    }
-}
-
-impl From<&Moments> for Sample {
-    fn from(moments: &Moments) -> Self {
-        Self { mean: moments.mean, variance: moments.variance(), n: moments.n as u32 }
-    }
-}
-
-/// Tests two means for equality. A difference within `rounding` (relative to the larger mean) counts as none: methods carry
-/// transport in `f32`, and where they have no variance that is all that is left.
-pub fn welch(a: Sample, b: Sample, rounding: f64) -> Welch {
-    let (var_a, var_b) = (a.variance / f64::from(a.n), b.variance / f64::from(b.n));
-    let (difference, standard_error) = (b.mean - a.mean, (var_a + var_b).sqrt());
-    let tolerance = rounding * a.mean.abs().max(b.mean.abs());
-    let exact = standard_error <= tolerance;
-    let share = |variance: f64, n: u32| variance * variance / (f64::from(n) - 1.0);
-    let freedom = match standard_error > 0.0 {
-        true => (var_a + var_b).powi(2) / (share(var_a, a.n) + share(var_b, b.n)),
-        false => f64::INFINITY,
-    };
-    if difference.abs() <= tolerance {
-        return Welch { t: 0.0, freedom, p: 1.0, standard_error, exact };
-    }
-    let t = difference / standard_error;
-    Welch { t, freedom, p: two_sided(t, freedom), standard_error, exact }
-}
-
-/// Relative error that rounding in `f32` may leave in light scattered `order` times: a dozen operations at a vertex.
-pub fn rounding(order: usize) -> f64 {
-    12.0 * f64::from(f32::EPSILON) * (order + 1) as f64
-}
-
-/// Two-sided p-value of Student's t.
-fn two_sided(t: f64, freedom: f64) -> f64 {
-    if !t.is_finite() || !freedom.is_finite() {
-        return 0.0;
-    }
-    match StudentsT::new(0.0, 1.0, freedom) {
-        Ok(distribution) => 2.0 * distribution.cdf(-t.abs()),
-        Err(_) => f64::NAN,
-    }
-}
-
-/// The difference that Welch's test at `level` finds with probability [`POWER`]: the level's quantile and the power's, added,
-/// times the standard error.
-fn detectable(test: &Welch, level: f64) -> f64 {
-    if test.standard_error == 0.0 {
-        return 0.0;
-    }
-    let quantile = |q: f64| StudentsT::new(0.0, 1.0, test.freedom).map_or(f64::NAN, |d| d.inverse_cdf(q));
-    (quantile(1.0 - level / 2.0) + quantile(POWER)) * test.standard_error
-}
-
-/// p-values adjusted for their number, so that those at most q are discoveries at the rate q [Benjamini & Hochberg 1995].
-pub fn benjamini_hochberg(p: &[f64]) -> Vec<f64> {
-    let mut rising: Vec<usize> = (0..p.len()).collect();
-    rising.sort_by(|&i, &j| p[i].total_cmp(&p[j]));
-    let mut adjusted = vec![1.0; p.len()];
-    let mut smallest: f64 = 1.0;
-    for (rank, &i) in rising.iter().enumerate().rev() {
-        smallest = smallest.min(p[i] * p.len() as f64 / (rank + 1) as f64);
-        adjusted[i] = smallest;
-    }
-    adjusted
-}
 
 /// Every pair of methods of one scene, in every layer that both have measured.
 pub fn compare(results: &[&MethodResult]) -> Vec<AgreementRow> {

@@ -12,8 +12,7 @@
 //! - [`convergence`]: variance against samples and its slope; [`ratio`]: samplers against one another; [`integrals`]: integrals of
 //!   known value, to try samplers on; [`agreement`]: do two methods have the same mean?
 //!   [`path_class`]: the light that a method cannot carry; [`replay`]: one sample's paths, vertex by vertex; [`fireflies`]: those
-//!   that bring most;
-//!   [`metrics`]: how far one image is from another;
+//!   that bring most; [`metrics`]: how far one image is from another; [`mod@statistics`]: the intervals and tests of all of these;
 //! - [`record`]: `records.csv` and `manifest.json`; [`statistics_file`]: `--stats`; [`export`]: images; [`plot`], [`report`]:
 //!   what people look at; [`output`]: where all of that goes, whole or not at all;
 //! - [`machine`], [`progress`], [`stop`]: memory and clock, the bar, Ctrl-C.
@@ -53,6 +52,7 @@ pub mod runner;
 pub mod scene_command;
 pub mod settings;
 pub mod source;
+pub mod statistics;
 pub mod statistics_file;
 pub mod stop;
 pub mod subject;

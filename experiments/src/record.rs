@@ -29,9 +29,9 @@ use crate::machine::{VERSION, machine, timestamp};
 use crate::output::Folder;
 use crate::plan::Plan;
 use crate::result::{Checkpoint, ExperimentResult, Manifest, MethodRecord, MethodResult, SceneRecord};
+use crate::statistics::means::student_quantile;
 use integrators::{Layer, Part, Quantity};
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::path::Path;
 use std::time::SystemTime;
 
@@ -206,7 +206,7 @@ fn order_name(order: Option<Layer>) -> String {
 
 /// A mean's 95 % interval from its standard error over so many replicates.
 fn t_interval(mean: f64, error: f64, replicates: u32) -> (f64, f64) {
-    let t = StudentsT::new(0.0, 1.0, f64::from(replicates) - 1.0).map_or(f64::NAN, |d| d.inverse_cdf(0.975));
+    let t = student_quantile(f64::from(replicates) - 1.0);
     (mean - t * error, mean + t * error)
 }
 

@@ -1,8 +1,8 @@
 //! What an experiment leaves behind: the structs that the runner fills, and that records, plots and reports read.
 
 use crate::config::Experiment;
-use crate::convergence::Line;
 use crate::fireflies::FireflyRecord;
+use crate::statistics::slopes::Line;
 use integrators::{Layer, Measurement};
 use sampling::sampler::SamplerKind;
 use serde::{Deserialize, Serialize};

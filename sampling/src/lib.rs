@@ -25,7 +25,7 @@
 //! 5. [`filter`]: how a pixel weights the light around it.
 //! 6. [`distribution`] and [`alias`]: tabulated distributions.
 //! 7. [`mis`]: the heuristics that combine sampling techniques.
-//! 8. [`moments`]: mergeable means, variances and covariances.
+//! 8. [`moments`]: mergeable means, variances and covariances; [`tail`]: how heavy a tail is.
 //! 9. [`bsdf`]: the scattering models, one file a model, and the list of them.
 //! 10. [`tilted`]: a model about a normal that a map has tilted.
 //! 11. [`subsurface`]: what light does that enters a body and leaves it elsewhere.
@@ -73,6 +73,8 @@
 //!   normals*, Computer Graphics Forum 33(4), 2014.
 //! - `[Heitz18]` E. Heitz: *Sampling the GGX distribution of visible normals*, JCGT 7(4), 2018.
 //! - `[Heitz19]` E. Heitz: *A low-distortion map between triangle and square*, HAL-02073696, 2019.
+//! - `[Hill75]` B. M. Hill: *A simple general approach to inference about the tail of a distribution*, The Annals of Statistics
+//!   3(5), 1975.
 //! - `[Hopcroft71]` J. Hopcroft: *An n log n algorithm for minimizing states in a finite automaton*, in *Theory of Machines and
 //!   Computations*, Academic Press, 1971.
 //! - `[Inagaki81]` T. Inagaki, E. T. Arakawa, M. W. Williams: *Optical properties of liquid mercury*, Physical Review B 23,
@@ -155,6 +157,7 @@ pub mod moments;
 pub mod rng;
 pub mod sampler;
 pub mod subsurface;
+pub mod tail;
 pub mod tilted;
 pub mod warp;
 

@@ -2,69 +2,10 @@ use super::*;
 use integrators::method::Pixel;
 use integrators::scratch::Scratch;
 use integrators::{Contribution, Estimator, Methods, Orders, Render, RenderSettings, Request, Sink, Wants};
-use sampling::rng::{Stream, mix2};
 use sampling::sampler::{Sampler, SamplerKind};
 use scenes::Scene;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
-
-fn sample(mean: f64, variance: f64, n: u32) -> Sample {
-    Sample { mean, variance, n }
-}
-
-#[test]
-fn welch_is_that_of_the_textbook() {
-    // scipy.stats.ttest_ind_from_stats(20.6, 9.62**.5, 11, 22.1, 0.58**.5, 11, equal_var=False):
-    // t = −1.5577, Satterthwaite's 11.2 degrees of freedom.
-    let test = welch(sample(20.6, 9.62, 11), sample(22.1, 0.58, 11), 0.0);
-    assert!((test.t - 1.5577).abs() < 1e-4, "{test:?}");
-    assert!((test.freedom - 11.203).abs() < 1e-2, "{test:?}");
-    assert!((test.p - 0.1470).abs() < 1e-3, "{test:?}");
-}
-
-#[test]
-fn where_there_is_no_variance_equality_to_rounding_is_asked_for() {
-    let rounding = rounding(3);
-    let equal = welch(sample(1.0, 0.0, 4), sample(1.0 + 0.5 * rounding, 0.0, 4), rounding);
-    assert!(equal.exact && equal.p == 1.0 && equal.t == 0.0);
-    let different = welch(sample(1.0, 0.0, 4), sample(1.0 + 2.0 * rounding, 0.0, 4), rounding);
-    assert!(different.exact && different.p == 0.0);
-    let black = welch(sample(0.0, 0.0, 4), sample(0.0, 0.0, 4), rounding);
-    assert!(black.exact && black.p == 1.0);
-}
-
-#[test]
-fn adjusted_values_are_those_of_r() {
-    // p.adjust(c(0.01, 0.04, 0.03, 0.005, 0.5), "BH")
-    let adjusted = benjamini_hochberg(&[0.01, 0.04, 0.03, 0.005, 0.5]);
-    for (x, expected) in adjusted.iter().zip([0.025, 0.05, 0.05, 0.025, 0.5]) {
-        assert!((x - expected).abs() < 1e-12, "{adjusted:?}");
-    }
-    assert!(benjamini_hochberg(&[]).is_empty());
-}
-
-#[test]
-fn p_values_are_uniform_where_means_are_equal_and_the_detectable_bias_is_found() {
-    let mut stream = Stream::new(mix2(1, 2), 3);
-    let mut values = |n: usize, mean: f64| -> Moments {
-        let mut normal = || (0..12).map(|_| f64::from(stream.next_f32())).sum::<f64>() - 6.0;
-        (0..n).map(|_| mean + normal()).collect()
-    };
-    const RUNS: usize = 2000;
-    let (mut small, mut found) = (0, 0);
-    for _ in 0..RUNS {
-        let (a, b) = (values(8, 0.0), values(8, 0.0));
-        small += usize::from(welch((&a).into(), (&b).into(), 0.0).p < 0.05);
-        // The true standard error is ½: at 14 degrees of freedom a level of 0.01 asks for 2.98, a power of 0.9 for 1.35 more.
-        let b = values(8, 0.5 * (2.977 + 1.345));
-        found += usize::from(welch((&a).into(), (&b).into(), 0.0).p < 0.01);
-    }
-    // Six standard deviations of a binomial count: false alarms below 10⁻⁸.
-    let near =
-        |count: usize, p: f64| (count as f64 - RUNS as f64 * p).abs() < 6.0 * (RUNS as f64 * p * (1.0 - p)).sqrt();
-    assert!(near(small, 0.05), "{small} of {RUNS} p-values below 0.05");
-    assert!(near(found, 0.88), "{found} of {RUNS} biases found");
-}
 
 /// `path`, with the contributions of some pixels dimmed.
 #[derive(Serialize, Deserialize, Default)]

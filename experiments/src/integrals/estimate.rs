@@ -1,11 +1,11 @@
 //! Samplers at work on integrals of known value: mean squared errors over replicates, and how fast they fall.
 
 use super::{Integral, Numbers};
-use crate::agreement::{Sample, rounding, welch};
 use crate::config::Convergence;
 use crate::convergence::{checkpoint_of_squares, fit};
 use crate::progress::Progress;
 use crate::result::IntegralResult;
+use crate::statistics::welch::{Sample, rounding, welch};
 use crate::stop::Stop;
 use rayon::prelude::*;
 use sampling::moments::Moments;
