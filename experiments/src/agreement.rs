@@ -7,7 +7,7 @@
 //! marked [`Verdict::Incomparable`] and takes no part.
 
 use crate::path_class::carries;
-use crate::result::{AgreementRow, MethodResult, Verdict};
+use crate::result::{AgreementRow, BlockTest, MethodResult, Verdict};
 use crate::statistics::multiple::benjamini_hochberg;
 use crate::statistics::welch::{Sample, Welch, detectable, rounding, welch};
 use integrators::{Layer, Measurement};
@@ -46,6 +46,10 @@ pub fn compare(results: &[&MethodResult]) -> Vec<AgreementRow> {
         comparisons[i].judge(&mut rows[i], image_adjusted, mine);
     }
     rows
+}
+
+fn block_test(test: &Welch) -> BlockTest {
+    BlockTest { t: test.t as f32, p: test.p as f32, varies: !test.exact && test.t != 0.0 }
 }
 
 /// The layers that both have measured, with a variance.
@@ -111,6 +115,8 @@ impl<'a> Comparison<'a> {
             smallest_adjusted_p: 1.0,
             detectable_bias,
             verdict: Verdict::Incomparable,
+            tests: self.blocks.iter().map(block_test).collect(),
+            columns: self.a.measurement.grid.columns as usize,
         }
     }
 

@@ -20,6 +20,7 @@
 //! | `rays_closest`, `rays_shadow`, `camera_paths`, `light_paths`, `connections`, `bsdf_samples`, `invalid` | counts |
 //! | `seconds` | wall time of transport \[s\] |
 //! | `agreement_t`, `agreement_p`, `agreement_detectable_bias` | two methods and samplers, `A vs B`, compared by their image means |
+//! | `kurtosis`, `tail_index`, `top_share` | of what single samples bring: kurtosis, Hill's index of the tail (the variance is infinite for 2 and less), the part of the mean square that the largest 0.01 % hold |
 //! | `largest` | the largest single contribution, mean of channels \[W/(m²·sr)\] |
 //! | `agreement_blocks`, `agreement_rejected`, `agreement_smallest_p` | and by their blocks: tested, different, adjusted p |
 
@@ -36,6 +37,9 @@ use std::path::Path;
 use std::time::SystemTime;
 
 mod samplers;
+
+/// Of which part of all samples `top_share` is.
+const TOP: f64 = 1e-4;
 
 /// The manifest's file.
 pub const MANIFEST: &str = "manifest.json";
@@ -319,6 +323,16 @@ impl Table {
             if let Some(largest) = found.first() {
                 let value = f64::from(largest.size());
                 self.add(Record { order: layer.label(), quantity: "largest", value, ..blank.clone() });
+            }
+        }
+        for (layer, tail) in method.measurement.layers.iter().zip(method.measurement.fireflies.tails()) {
+            let index = tail.index().map(|(index, _)| index);
+            let numbers =
+                [("kurtosis", tail.kurtosis()), ("top_share", tail.second_moment_of_top(TOP)), ("tail_index", index)];
+            for (quantity, value) in numbers {
+                if let Some(value) = value {
+                    self.add(Record { order: layer.label(), quantity, value, ..blank.clone() });
+                }
             }
         }
         self.add(Record { quantity: "seconds", value: method.measurement.seconds(), ..blank.clone() });

@@ -184,6 +184,21 @@ pub struct AgreementRow {
     pub detectable_bias: f64,
     /// What follows.
     pub verdict: Verdict,
+    /// The tests of all blocks, row by row of the image, red first, then green, then blue.
+    pub tests: Vec<BlockTest>,
+    /// Blocks in a row.
+    pub columns: usize,
+}
+
+/// Two methods compared in a block of pixels and a channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlockTest {
+    /// Difference of the means, second less first, in standard errors.
+    pub t: f32,
+    /// Two-sided p-value (Welch).
+    pub p: f32,
+    /// Whether anything varies, so that p-values are uniform where the means are the same.
+    pub varies: bool,
 }
 
 /// The outcome of one comparison.

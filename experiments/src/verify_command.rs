@@ -324,6 +324,8 @@ mod tests {
             smallest_adjusted_p: 1.0,
             detectable_bias,
             verdict,
+            tests: Vec::new(),
+            columns: 0,
         }
     }
 

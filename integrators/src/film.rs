@@ -82,6 +82,11 @@ impl<'r> BlockFilm<'r> {
         self.counters = Counters::default();
     }
 
+    /// Ends the block.
+    pub fn finish(&mut self) {
+        self.fireflies.iter_mut().for_each(Fireflies::end_sample);
+    }
+
     /// Adds this block's share of one band of [`TILE`] rows of the film to it.
     fn reduce_band(&self, band: usize, rows: &mut [f64]) {
         let stride = self.request.film_layers() * 3;
@@ -181,10 +186,14 @@ impl BlockFilm<'_> {
     fn counted(&mut self, c: &Contribution) -> Option<(usize, Spectrum)> {
         let layer = self.request.layer(c.technique.order())?;
         let value = c.value * c.weight as f32;
-        if let Some(fireflies) = &mut self.fireflies
-            && fireflies.takes(layer, size(value))
-        {
-            fireflies.keep(layer, c, (self.pixel, self.sample));
+        if let Some(fireflies) = &mut self.fireflies {
+            let size = size(value);
+            if fireflies.takes(layer, size) {
+                fireflies.keep(layer, c, (self.pixel, self.sample));
+            }
+            if size.is_finite() {
+                fireflies.count(layer, size);
+            }
         }
         if !value.is_finite() {
             self.invalid[layer] += 1;
@@ -227,6 +236,7 @@ impl PixelSink for BlockFilm<'_> {
         self.pixel = (pixel.x, pixel.y);
         self.sample = number;
         self.weight = weight;
+        self.fireflies.iter_mut().for_each(Fireflies::start_sample);
     }
 }
 

@@ -1,8 +1,9 @@
-//! The largest contributions of a render, each with what it takes to make it again.
+//! The largest contributions of a render, each with what it takes to make it again, and how heavy the tail of all samples is.
 
 use crate::contribution::{Contribution, Technique};
 use sampling::Vec2;
 use sampling::math::Spectrum;
+use sampling::tail::Tail;
 use serde::{Deserialize, Serialize};
 
 /// How many are kept of every layer.
@@ -53,18 +54,35 @@ pub(crate) fn size(value: Spectrum) -> f32 {
     if mean.is_finite() { mean.max(0.0) } else { f32::INFINITY }
 }
 
-/// The largest contributions of every layer.
+/// The largest contributions of every layer, and the tails of what its samples bring.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fireflies {
     layers: Vec<Vec<Firefly>>,
     /// Of each layer the size above which a contribution is kept.
     least: Vec<f32>,
+    tails: Vec<Tail>,
+    /// Of each layer what the sample at work has brought.
+    sample: Vec<f32>,
+    /// Whether there is a sample at work.
+    at_work: bool,
 }
 
 impl Fireflies {
     /// None yet, of so many layers.
     pub fn new(layers: usize) -> Self {
-        Self { layers: vec![Vec::new(); layers], least: vec![0.0; layers] }
+        Self {
+            layers: vec![Vec::new(); layers],
+            least: vec![0.0; layers],
+            tails: vec![Tail::default(); layers],
+            sample: vec![0.0; layers],
+            at_work: false,
+        }
+    }
+
+    /// Of each layer the tail of what single samples bring: of a sample all that it contributes to the layer, mean of channels,
+    /// wherever it lands.
+    pub fn tails(&self) -> &[Tail] {
+        &self.tails
     }
 
     /// Of each layer the largest contributions, the largest first. Those that are not finite come before all others.
@@ -72,17 +90,33 @@ impl Fireflies {
         &self.layers
     }
 
-    /// The same from what [`Fireflies::layers`] gave.
-    pub fn of_layers(layers: Vec<Vec<Firefly>>) -> Self {
-        let mut all = Self::new(layers.len());
-        all.merge(&Self { least: Vec::new(), layers });
-        all
-    }
-
-    /// Forgets all.
+    /// Forgets the contributions of the last block; tails go on to the end of the replicate.
     pub(crate) fn start(&mut self) {
         self.layers.iter_mut().for_each(Vec::clear);
         self.least.fill(0.0);
+    }
+
+    /// Ends the sample at work, if there is one.
+    pub(crate) fn end_sample(&mut self) {
+        if self.at_work {
+            for (tail, brought) in self.tails.iter_mut().zip(&mut self.sample) {
+                tail.add(f64::from(std::mem::take(brought)));
+            }
+        }
+        self.at_work = false;
+    }
+
+    /// Begins a sample.
+    #[inline]
+    pub(crate) fn start_sample(&mut self) {
+        self.end_sample();
+        self.at_work = true;
+    }
+
+    /// Counts a finite contribution of the sample at work.
+    #[inline]
+    pub(crate) fn count(&mut self, layer: usize, size: f32) {
+        self.sample[layer] += size;
     }
 
     /// Whether a contribution of this size would be kept.
@@ -125,12 +159,9 @@ impl Fireflies {
         }
     }
 
-    /// Takes in those of other replicates.
-    pub fn merge(&mut self, other: &Self) {
-        for (layer, found) in other.layers.iter().enumerate() {
-            self.layers[layer].extend(found);
-            self.cut(layer);
-        }
+    /// Takes in the tails that a block's film has gathered over a replicate.
+    pub(crate) fn add_tails(&mut self, block: &Self) {
+        self.tails.iter_mut().zip(&block.tails).for_each(|(tail, other)| tail.merge(other));
     }
 }
 

@@ -228,6 +228,7 @@ impl<'a> Render<'a> {
                 let block: Block = blocks.block(first + i as u64);
                 film.start(block.tile.clone());
                 pass.run(block, film);
+                film.finish();
             });
             self.film.reduce(&films[..count]);
             for film in &films[..count] {
@@ -239,6 +240,8 @@ impl<'a> Render<'a> {
             progress((first + count as u64) as f64 / blocks.count() as f64);
         }
         drop(pass);
+        // Which blocks a film has had depends on the image alone, not on threads.
+        films.iter().filter_map(|film| film.fireflies.as_ref()).for_each(|found| self.fireflies.add_tails(found));
         self.replicate_seconds.push(start.elapsed().as_secs_f64());
         let samples = self.settings.samples_per_replicate;
         self.replicate_means.push(self.group.push(&self.film, samples));

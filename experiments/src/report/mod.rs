@@ -1,10 +1,11 @@
 //! What people read of an experiment: one self-contained `report.html`, with the plots and picture sheets beside it.
 //!
 //! [`numbers`] takes the figures from the measurements, [`summary`] says them in sentences, [`tables`] and [`images`] show
-//! them, [`fireflies`] the largest contributions, [`samplers`] and [`screens`] do the same for samplers, [`page`] puts the page together. The HTML is written in Rust, through [`crate::export::markup`]: what a template
+//! them, [`fireflies`] the largest contributions, [`agreement`] where methods differ, [`samplers`] and [`screens`] do the same for samplers, [`page`] puts the page together. The HTML is written in Rust, through [`crate::export::markup`]: what a template
 //! engine would add here is its syntax, its errors at run time and its time to build, while here a name can't become markup
 //! and a missing number doesn't compile.
 
+pub mod agreement;
 pub mod fireflies;
 pub mod images;
 pub mod numbers;
@@ -127,6 +128,8 @@ mod tests {
             smallest_adjusted_p: 0.0,
             detectable_bias: f64::INFINITY,
             verdict: Verdict::Differ,
+            tests: Vec::new(),
+            columns: 0,
         };
         let slope = SlopeRow {
             scene: name.to_owned(),

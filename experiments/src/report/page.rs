@@ -2,7 +2,7 @@
 
 use super::samplers::{self, Integrals};
 use super::summary::{self, Sentence, Tone};
-use super::{SceneReport, fireflies, images, screens, tables};
+use super::{SceneReport, agreement, fireflies, images, screens, tables};
 use crate::export::markup::Markup;
 use crate::export::notation::brief;
 use crate::fireflies::FireflyRecord;
@@ -113,7 +113,7 @@ fn integrals_section(m: &mut Markup, integrals: &Integrals) {
 }
 
 fn scene_section(m: &mut Markup, result: &ExperimentResult, scene: &SceneReport, index: usize, shrink: usize) {
-    let agreement: Vec<&AgreementRow> = result.agreement.iter().filter(|r| r.scene == scene.name).collect();
+    let rows: Vec<&AgreementRow> = result.agreement.iter().filter(|r| r.scene == scene.name).collect();
     let slopes: Vec<&SlopeRow> = result.slopes.iter().filter(|r| r.scene == scene.name).collect();
     let columns = &scene.numbers.columns;
     m.element("section", &[("id", &format!("scene-{index}"))], |m| {
@@ -151,10 +151,12 @@ fn scene_section(m: &mut Markup, result: &ExperimentResult, scene: &SceneReport,
                 });
             }
         }
-        if !agreement.is_empty() {
+        if !rows.is_empty() {
             m.line("h3", &[], "Do the methods agree?");
-            tables::agreement(m, &agreement);
-            folded(m, "Every comparison with all its numbers", |m| tables::agreement_in_full(m, &agreement));
+            tables::agreement(m, &rows);
+            agreement::histogram(m, &rows);
+            folded(m, "Maps of where they differ", |m| wide(m, "Maps of differences", |m| agreement::maps(m, &rows)));
+            folded(m, "Every comparison with all its numbers", |m| tables::agreement_in_full(m, &rows));
         }
         let largest: Vec<&FireflyRecord> = result.fireflies.iter().filter(|r| r.scene == scene.name).collect();
         if !largest.is_empty() {

@@ -6,6 +6,7 @@ use crate::export::notation::{brief, enumerated, listed, symbol};
 use crate::plot::two_digits;
 use crate::result::{AgreementRow, ExperimentResult, MethodResult, RatioRow, SlopeRow, Verdict};
 use integrators::Layer;
+use sampling::tail::Variance;
 
 /// Efficiencies closer than this factor are not ranked.
 const AHEAD: f64 = 1.1;
@@ -44,6 +45,7 @@ pub fn of_scene(result: &ExperimentResult, methods: &[&MethodResult], numbers: &
     let rows: Vec<&AgreementRow> = result.agreement.iter().filter(|r| r.scene == scene).collect();
     let slopes: Vec<&SlopeRow> = result.slopes.iter().filter(|r| r.scene == scene).collect();
     let mut sentences = invalid(methods);
+    sentences.extend(methods.iter().filter_map(|method| tails(method)));
     sentences.extend(efficiency(methods, numbers).into_iter().map(plain));
     sentences.extend(agreement(&rows));
     let ratios: Vec<&RatioRow> = result.ratios.iter().filter(|r| r.scene == scene).collect();
@@ -62,6 +64,22 @@ fn invalid(methods: &[&MethodResult]) -> Vec<Sentence> {
         ))
     };
     counts.filter(|(_, count)| *count > 0).map(sentence).collect()
+}
+
+/// What to beware of where the variance of single samples looks infinite.
+fn tails(method: &MethodResult) -> Option<Sentence> {
+    let m = &method.measurement;
+    let heavy = m.layers.iter().zip(m.fireflies.tails()).filter(|(_, tail)| tail.variance() == Variance::Infinite);
+    let named: Vec<String> = heavy
+        .filter_map(|(&layer, tail)| Some(format!("{} (tail index {:.1})", symbol(Some(layer)), tail.index()?.0)))
+        .collect();
+    (!named.is_empty()).then(|| {
+        warning(format!(
+            "The variance of {} looks infinite at {}: no error bar, efficiency or slope of it can be trusted there.",
+            brief(&method.label),
+            enumerated(named)
+        ))
+    })
 }
 
 /// One sentence for the sum, then one for every method that leads at some orders, then those where none does.
@@ -245,6 +263,8 @@ mod tests {
             smallest_adjusted_p: 0.0,
             detectable_bias: 0.002,
             verdict,
+            tests: Vec::new(),
+            columns: 0,
         };
         let (same, other) = (row(Verdict::Agree, 1), row(Verdict::Differ, 2));
         let sentences = agreement(&[&same, &other]);
