@@ -1,7 +1,7 @@
 //! How variance falls with samples: checkpoints, a line through them in log–log, and intervals for both.
 
 use crate::result::{Checkpoint, MethodResult, SlopeRow};
-use integrators::Layer;
+use integrators::{Layer, stored};
 use sampling::rng::{Stream, mix2};
 
 /// Samples of each bootstrap.
@@ -26,6 +26,8 @@ pub struct Deviations {
     /// `[layer][replicate − 1]`, the layers' sum last: image and channel means.
     squares: Vec<Vec<f64>>,
 }
+
+stored!(Deviations { pixels, layers, count, mean, squares });
 
 impl Deviations {
     /// No replicates yet.

@@ -13,7 +13,8 @@
 //! - [`block`]: how work is cut into pieces; [`film`] and [`splats`]: one block's sums, and the film they are reduced into, in an
 //!   order that no thread can change;
 //! - [`parts`]: what an image is taken apart into besides orders; [`lpe`]: light-path expressions; [`trail`]: the classes of a path;
-//! - [`render`]: replicates; [`statistics`]: their moments; [`measurement`]: what comes out.
+//! - [`render`]: replicates; [`statistics`]: their moments; [`tally`]: what they add up to; [`measurement`]: what comes out;
+//!   [`state`]: a render as bytes, to go on later.
 //!
 //! This crate reads and writes no files, and draws its random numbers only through [`sampling::sampler`].
 
@@ -37,8 +38,10 @@ mod sampled;
 pub mod scratch;
 pub mod splats;
 pub mod start;
+pub mod state;
 pub mod statistics;
 pub mod subsurface;
+pub mod tally;
 pub mod trail;
 pub mod vertex;
 pub mod walk;
