@@ -28,6 +28,17 @@ fn main() {
         hash.write(&std::fs::read(&file).unwrap_or_default());
     }
     println!("cargo::rustc-env=NEUMANN_BUILD={:016x}", hash.0);
+    let told = |name: &str| std::env::var(name).unwrap_or_default();
+    println!("cargo::rustc-env=NEUMANN_COMPILER={}", compiler(&told("RUSTC")).unwrap_or_default());
+    println!("cargo::rustc-env=NEUMANN_TARGET={}", told("TARGET"));
+    println!("cargo::rustc-env=NEUMANN_PROFILE={}", told("PROFILE"));
+    println!("cargo::rustc-env=NEUMANN_FEATURES={}", told("CARGO_CFG_TARGET_FEATURE"));
+}
+
+/// The compiler's own name for itself.
+fn compiler(path: &str) -> Option<String> {
+    let output = std::process::Command::new(path).arg("--version").output().ok()?;
+    Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 
 fn collect(path: &Path, files: &mut Vec<PathBuf>) {

@@ -8,6 +8,8 @@ use tempfile::TempDir;
 
 mod bad_input;
 mod decompositions;
+#[cfg(target_os = "linux")]
+mod durable;
 mod evidence;
 mod foreign;
 #[cfg(target_os = "linux")]

@@ -37,7 +37,7 @@ pub struct Cli {
 /// What can be done.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Run an experiment: methods compared in scenes, with a report.
+    /// Run an experiment: methods compared in scenes, with a report. Run again, an interrupted one goes on where it was.
     Run(RunArgs),
     /// Render one scene with one method.
     Render(RenderArgs),

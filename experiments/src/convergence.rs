@@ -3,7 +3,7 @@
 use crate::result::{Checkpoint, MethodResult, SlopeRow};
 use crate::statistics::positive::{self, Stratum, power_product, recursion};
 use crate::statistics::slopes::{self, Line, Point};
-use integrators::Layer;
+use integrators::{Layer, stored};
 
 /// Variation below this part of the mean is rounding of `f32`, and no slope is fitted to it.
 const ROUNDING: f64 = 1e-6;
@@ -23,6 +23,8 @@ pub struct Deviations {
     /// `[layer][replicate − 1]`, the layers' sum last: image and channel means.
     squares: Vec<Vec<f64>>,
 }
+
+stored!(Deviations { pixels, layers, count, mean, squares });
 
 impl Deviations {
     /// No replicates yet.

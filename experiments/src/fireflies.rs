@@ -111,8 +111,10 @@ fn command(
 mod tests {
     use super::*;
     use crate::cli::{Cli, Command};
+    use crate::progress::Verbosity;
     use crate::settings::change_experiment;
     use crate::source::Source;
+    use crate::states::States;
     use crate::stop::Stop;
     use clap::Parser;
     use integrators::Methods;
@@ -136,7 +138,8 @@ mod tests {
         let mut experiment = change_experiment(source.parse().unwrap(), &changes).unwrap();
         experiment.convergence = None;
         let mut plan = Plan::new(&source, experiment, &Methods::standard()).unwrap();
-        let (results, _) = crate::runner::run(&mut plan, crate::progress::Verbosity::Quiet, &Stop::never()).unwrap();
+        let (states, quiet) = (&mut States::none(), Verbosity::Quiet);
+        let results = crate::runner::run(&mut plan, states, quiet, &Stop::never()).unwrap().methods;
         for (planned, result) in plan.methods.iter().zip(&results) {
             let records = records(&plan, &plan.scenes[0], planned, result).unwrap();
             assert!(records.len() > 20, "{}", records.len());

@@ -7,15 +7,15 @@
 //!   [`scene_command`], [`convert_command`], [`diff_command`], [`list_command`],
 //!   [`lpe_command`], [`mod@bsdf`];
 //! - [`config`]: experiments; [`source`]: their files; [`plan`]: an experiment made ready and checked; [`runner`]: methods interleaved, replicate
-//!   by replicate; [`budget`]: samples, seconds, threads; [`subject`]: a
-//!   scene and a method, ready for one image; [`result`]: what an experiment leaves behind;
+//!   by replicate; [`job`]: one of them at work; [`states`]: what has been rendered so far, on the disk; [`budget`]: samples, seconds,
+//!   threads; [`subject`]: a scene and a method, ready for one image; [`result`]: what an experiment leaves behind;
 //! - [`convergence`]: variance against samples and its slope; [`ratio`]: samplers against one another; [`integrals`]: integrals of
 //!   known value, to try samplers on; [`agreement`]: do two methods have the same mean?
 //!   [`path_class`]: the light that a method cannot carry; [`replay`]: one sample's paths, vertex by vertex; [`fireflies`]: those
 //!   that bring most; [`metrics`]: how far one image is from another; [`mod@statistics`]: the intervals and tests of all of these;
-//! - [`record`]: `records.csv` and `manifest.json`; [`statistics_file`]: `--stats`; [`export`]: images; [`plot`], [`report`]:
+//! - [`record`]: `records.csv`; [`manifest`]: where they come from; [`statistics_file`]: `--stats`; [`export`]: images; [`plot`], [`report`]:
 //!   what people look at; [`output`]: where all of that goes, whole or not at all;
-//! - [`machine`], [`progress`], [`stop`]: memory and clock, the bar, Ctrl-C.
+//! - [`machine`], [`mod@program`], [`progress`], [`stop`]: memory and clock, the build, the bar, Ctrl-C.
 
 pub mod agreement;
 pub mod bsdf;
@@ -29,15 +29,18 @@ pub mod error;
 pub mod export;
 pub mod fireflies;
 pub mod integrals;
+pub mod job;
 pub mod list_command;
 pub mod lpe_command;
 pub mod machine;
+pub mod manifest;
 pub mod metrics;
 pub mod output;
 pub mod parts;
 pub mod path_class;
 pub mod plan;
 pub mod plot;
+pub mod program;
 pub mod progress;
 pub mod ratio;
 pub mod record;
@@ -52,6 +55,7 @@ pub mod runner;
 pub mod scene_command;
 pub mod settings;
 pub mod source;
+pub mod states;
 pub mod statistics;
 pub mod statistics_file;
 pub mod stop;

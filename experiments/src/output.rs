@@ -1,11 +1,22 @@
 //! Where results go: checked before any ray is traced, and replaced only as a whole.
 
 use crate::error::Error;
+use crate::manifest::MANIFEST;
+use lock::Lock;
+use serde::Deserialize;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+mod lock;
+
 const MEND: &str = "name a place where files can be written";
+/// Files of ours that are no results begin like this.
+pub const HIDDEN: &str = ".neumann-";
+/// How a folder of unfinished files ends.
+const UNFINISHED: &str = ".partial";
+/// The folder of files that are complete and on their way.
+const COMPLETE: &str = ".neumann-complete";
 
 /// Checks that a file can be written at `path`; nothing there is changed.
 ///
@@ -30,33 +41,53 @@ fn probe(folder: &Path) -> io::Result<()> {
     fs::remove_file(probe)
 }
 
-/// A folder of results, replaced file by file once all files are complete.
+/// A folder of results, replaced as a whole once all files are complete.
 ///
-/// New files are gathered in a folder beside their destination. [`Folder::commit`] renames them into place, the manifest
-/// last, and removes what an earlier run left and this one doesn't replace; files that no run wrote are never touched.
+/// One process at a time has it. New files are gathered in a hidden folder within it. [`Folder::commit`] declares them complete by
+/// one renaming, moves them into place, the manifest last, and removes what an earlier run left and this one doesn't replace. A
+/// process that is killed before leaves the old results, and one killed after that renaming leaves what the next one puts in
+/// place. Files that no run wrote are never touched.
 pub struct Folder {
     path: PathBuf,
     staging: PathBuf,
     created: Option<PathBuf>,
     committed: bool,
+    lock: Option<Lock>,
+}
+
+/// What a folder's manifest tells of it.
+#[derive(Debug, Deserialize)]
+struct Listing {
+    files: Vec<String>,
+}
+
+impl Listing {
+    /// The files that belong to the manifest of a folder.
+    fn read(folder: &Path) -> Option<Vec<String>> {
+        let listing: Listing = serde_json::from_slice(&fs::read(folder.join(MANIFEST)).ok()?).ok()?;
+        Some(listing.files)
+    }
 }
 
 impl Folder {
-    /// Gets a folder ready, and creates it and its parents where they are missing.
+    /// Gets a folder ready: creates it and its parents where they are missing, locks it, puts in place what was complete when a run
+    /// was killed, and removes what was not.
     ///
     /// # Errors
-    /// If it cannot be created or written.
+    /// If it cannot be created or written, or another process has it.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let failed = |source: io::Error| Error::Io { action: "write", path: path.to_owned(), source, mend: MEND };
         let created = path.ancestors().filter(|p| !p.as_os_str().is_empty() && !p.exists()).last().map(Path::to_owned);
-        let staging = path.join(format!(".neumann-{}.partial", std::process::id()));
-        let folder = Self { path: path.to_owned(), staging, created, committed: false };
-        // What a process of the same number left when it was killed.
-        if folder.staging.exists() {
-            fs::remove_dir_all(&folder.staging).map_err(failed)?;
+        let staging = path.join(format!("{HIDDEN}{}{UNFINISHED}", std::process::id()));
+        let mut folder = Self { path: path.to_owned(), staging, created, committed: false, lock: None };
+        fs::create_dir_all(path).map_err(failed)?;
+        let lock = folder.lock.insert(Lock::take(path)?);
+        let alone = lock.holds();
+        put_in_place(path)?;
+        if alone {
+            remove_unfinished(path).map_err(failed)?;
         }
         fs::create_dir_all(&folder.staging).map_err(failed)?;
-        probe(&folder.staging).map_err(failed)?;
         Ok(folder)
     }
 
@@ -77,39 +108,74 @@ impl Folder {
         Ok(files)
     }
 
-    /// Moves all files into place, `last` at the end, and removes those of `former` that are not among them.
+    /// Moves all files into place, the manifest last, which lists them, and removes those that the former manifest lists and the new
+    /// one doesn't.
     ///
     /// # Errors
     /// If a file cannot be moved.
-    pub fn commit(mut self, former: &[String], last: &str) -> Result<(), Error> {
-        let mut files = self.files()?;
-        files.sort_by_key(|file| file == last);
-        for file in &files {
-            let target = self.path.join(file);
-            let parent = target.parent().unwrap_or(&self.path).to_owned();
-            let moved = fs::create_dir_all(parent).and_then(|()| fs::rename(self.staging.join(file), &target));
-            moved.map_err(|source| Error::Io { action: "write", path: target, source, mend: MEND })?;
-        }
+    pub fn commit(&mut self) -> Result<(), Error> {
+        let complete = self.path.join(COMPLETE);
+        fs::rename(&self.staging, &complete).map_err(|source| not_moved(&self.path, source))?;
         self.committed = true;
-        for stale in former.iter().filter(|file| !files.contains(file)) {
-            self.remove_stale(stale);
-        }
-        Ok(())
+        put_in_place(&self.path)
     }
+}
 
-    /// Removes a file of an earlier run, and its folder where that is empty then. What cannot be removed stays: the manifest
-    /// no longer names it.
-    fn remove_stale(&self, file: &str) {
-        let inside = Path::new(file).components().all(|c| matches!(c, std::path::Component::Normal(_)));
-        if !inside {
-            return;
+fn not_moved(path: &Path, source: io::Error) -> Error {
+    let mend = "let it be written, and run the same command again";
+    Error::Io { action: "write", path: path.to_owned(), source, mend }
+}
+
+/// Puts complete files in place, as far as that has not been done. Whatever ends it, it can be done again.
+fn put_in_place(path: &Path) -> Result<(), Error> {
+    let complete = path.join(COMPLETE);
+    if !complete.is_dir() {
+        return Ok(());
+    }
+    // The manifest goes last: without one, all is in place.
+    if let Some(files) = Listing::read(&complete) {
+        let former = Listing::read(path).unwrap_or_default();
+        let files_before = files.iter().filter(|file| *file != MANIFEST && is_inside(file));
+        for file in files_before.filter(|file| complete.join(file).exists()) {
+            let target = path.join(file);
+            let parent = target.parent().unwrap_or(path);
+            let moved = fs::create_dir_all(parent).and_then(|()| fs::rename(complete.join(file), &target));
+            moved.map_err(|source| not_moved(&target, source))?;
         }
-        let path = self.path.join(file);
-        let _ = fs::remove_file(&path);
-        if let Some(parent) = path.parent().filter(|&p| p != self.path) {
-            let _ = fs::remove_dir(parent);
+        former.iter().filter(|file| !files.contains(file)).for_each(|file| remove_stale(path, file));
+        fs::rename(complete.join(MANIFEST), path.join(MANIFEST)).map_err(|source| not_moved(path, source))?;
+    }
+    fs::remove_dir_all(&complete).map_err(|source| not_moved(&complete, source))
+}
+
+/// Whether a path leads nowhere but into the folder that it is relative to.
+fn is_inside(file: &str) -> bool {
+    Path::new(file).components().all(|c| matches!(c, std::path::Component::Normal(_)))
+}
+
+/// Removes a file of an earlier run, and its folder where that is empty then. What cannot be removed stays: the manifest
+/// no longer names it.
+fn remove_stale(folder: &Path, file: &str) {
+    if !is_inside(file) {
+        return;
+    }
+    let path = folder.join(file);
+    let _ = fs::remove_file(&path);
+    if let Some(parent) = path.parent().filter(|&p| p != folder) {
+        let _ = fs::remove_dir(parent);
+    }
+}
+
+/// Removes the unfinished files of processes that were killed.
+fn remove_unfinished(folder: &Path) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if name.starts_with(HIDDEN) && name.ends_with(UNFINISHED) {
+            fs::remove_dir_all(entry.path())?;
         }
     }
+    Ok(())
 }
 
 impl Drop for Folder {
@@ -117,6 +183,7 @@ impl Drop for Folder {
     fn drop(&mut self) {
         // Nothing is left to be reported when cleaning up fails: the first error, if any, is on its way already.
         let _ = fs::remove_dir_all(&self.staging);
+        drop(self.lock.take());
         let Some(top) = self.created.as_deref().filter(|_| !self.committed) else { return };
         for folder in self.path.ancestors() {
             let _ = fs::remove_dir(folder);
@@ -160,27 +227,73 @@ mod tests {
         assert!(names(folder.path()).is_empty());
     }
 
+    /// Writes files with the manifest that lists them, and itself.
+    fn fill(folder: &Path, files: &[&str]) {
+        let listed = [files, &[MANIFEST]].concat();
+        let manifest = serde_json::json!({ "files": listed }).to_string();
+        for (file, text) in files.iter().map(|file| (*file, "new")).chain([(MANIFEST, manifest.as_str())]) {
+            let file = folder.join(file);
+            fs::create_dir_all(file.parent().unwrap()).unwrap();
+            fs::write(file, text).unwrap();
+        }
+    }
+
+    fn run(path: &Path, files: &[&str]) {
+        let mut folder = Folder::open(path).unwrap();
+        fill(folder.staging(), files);
+        folder.commit().unwrap();
+    }
+
     #[test]
     fn results_are_replaced_and_strangers_kept() {
         let home = tempfile::tempdir().unwrap();
         let path = home.path().join("results/x");
-        let run = |files: &[&str], former: &[String]| {
-            let folder = Folder::open(&path).unwrap();
-            for file in files {
-                let file = folder.staging().join(file);
-                fs::create_dir_all(file.parent().unwrap()).unwrap();
-                fs::write(file, "x").unwrap();
-            }
-            folder.commit(former, "manifest.json").unwrap();
-        };
-        run(&["manifest.json", "a/old.exr", "both.csv"], &[]);
+        run(&path, &["a/old.exr", "both.csv"]);
         fs::write(path.join("mine.txt"), "kept").unwrap();
-        run(
-            &["manifest.json", "both.csv", "b/new.exr"],
-            &["a/old.exr".into(), "both.csv".into(), "../../escape".into()],
-        );
+        fs::write(home.path().join("results/escape"), "kept").unwrap();
+        let listed = fs::read_to_string(path.join(MANIFEST)).unwrap();
+        fs::write(path.join(MANIFEST), listed.replace("[\"", "[\"../escape\",\"")).unwrap();
+        run(&path, &["both.csv", "b/new.exr"]);
         assert_eq!(names(&path), ["b/new.exr", "both.csv", "manifest.json", "mine.txt"]);
-        assert!(!path.join("a").exists());
+        assert!(!path.join("a").exists() && home.path().join("results/escape").exists());
+    }
+
+    #[test]
+    fn what_was_complete_is_put_in_place_after_a_kill_and_what_was_not_is_removed() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("x");
+        run(&path, &["a/old.exr", "both.csv"]);
+        fs::write(path.join("both.csv"), "old").unwrap();
+        // Killed while it wrote.
+        fs::create_dir(path.join(".neumann-77.partial")).unwrap();
+        fs::write(path.join(".neumann-77.partial/both.csv"), "half").unwrap();
+        drop(Folder::open(&path).unwrap());
+        assert_eq!(names(&path), ["a/old.exr", "both.csv", "manifest.json"]);
+        assert_eq!(fs::read_to_string(path.join("both.csv")).unwrap(), "old");
+        // Killed while it moved: with every number of files that may have been moved by then.
+        for moved in [&[][..], &["both.csv"], &["both.csv", "b/new.exr"], &["both.csv", "b/new.exr", MANIFEST]] {
+            let complete = path.join(COMPLETE);
+            fill(&complete, &["both.csv", "b/new.exr"]);
+            fs::create_dir_all(path.join("b")).unwrap();
+            moved.iter().for_each(|file| fs::rename(complete.join(file), path.join(file)).unwrap());
+            drop(Folder::open(&path).unwrap());
+            let left = names(&path);
+            assert_eq!(left, ["b/new.exr", "both.csv", "manifest.json"], "{moved:?}");
+            assert_eq!(fs::read_to_string(path.join("both.csv")).unwrap(), "new");
+        }
+    }
+
+    #[test]
+    fn a_folder_has_one_owner_at_a_time() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("x");
+        let folder = Folder::open(&path).unwrap();
+        let message = Folder::open(&path).err().unwrap().to_string();
+        let id = format!("process {})", std::process::id());
+        assert!(message.contains(&id) && message.contains(path.to_str().unwrap()), "{message}");
+        drop(folder);
+        run(&path, &["a.csv"]);
+        assert_eq!(names(&path), ["a.csv", "manifest.json"]);
     }
 
     #[test]

@@ -45,6 +45,17 @@ impl Progress {
         self.bar.set_message(message);
     }
 
+    /// So many units of work were done before.
+    pub fn skip(&mut self, units: f64) {
+        if units == 0.0 {
+            return;
+        }
+        self.done += units;
+        self.bar.set_position((self.done / self.total * STEPS as f64) as u64);
+        // What took no time says nothing of how long the rest takes.
+        self.bar.reset_eta();
+    }
+
     /// Does `units` of work, of which `work` reports the fraction done.
     pub fn during<T>(&mut self, units: f64, work: impl FnOnce(&(dyn Fn(f64) + Sync)) -> T) -> T {
         let (bar, done, total) = (&self.bar, self.done, self.total);

@@ -1,4 +1,4 @@
-//! `records.csv` and `records.jsonl`, one row a measurement, and `manifest.json`, which says where they come from.
+//! `records.csv` and `records.jsonl`, one row a measurement.
 //!
 //! The columns of the records: `experiment`, `scene`; `method`, the label, and `setting`, what differs from the method's
 //! defaults; `sampler`; `order`, a number, `tail`, `total`, or the name of a
@@ -26,110 +26,16 @@
 
 use crate::error::Error;
 use crate::export::write_atomically;
-use crate::machine::{VERSION, machine, timestamp};
-use crate::output::Folder;
-use crate::plan::Plan;
-use crate::result::{Checkpoint, ExperimentResult, Manifest, MethodRecord, MethodResult, SceneRecord};
+use crate::result::{Checkpoint, ExperimentResult, MethodResult};
 use crate::statistics::means::student_quantile;
 use integrators::{Layer, Part, Quantity};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::path::Path;
-use std::time::SystemTime;
 
 mod samplers;
 
 /// Of which part of all samples `top_share` is.
 const TOP: f64 = 1e-4;
-
-/// The manifest's file.
-pub const MANIFEST: &str = "manifest.json";
-
-/// The manifest with the files that belong to it.
-#[derive(Debug, Serialize, Deserialize)]
-pub struct StoredManifest {
-    /// Where the results come from.
-    #[serde(flatten)]
-    pub manifest: Manifest,
-    /// Every file of the results, relative to the manifest's folder.
-    pub files: Vec<String>,
-}
-
-/// The manifest of a run that ends now.
-pub fn manifest(plan: &Plan, threads: usize, started: SystemTime, complete: bool) -> Manifest {
-    let ended = SystemTime::now();
-    let scene = |s: &crate::plan::PlannedScene| SceneRecord {
-        name: s.name.clone(),
-        source: s.source.clone(),
-        hash: s.scene.hash.clone(),
-        filter: s.scene.camera.filter().to_string(),
-        skipped: s.scene.needs.skipped().into_iter().map(str::to_owned).collect(),
-        notes: s.scene.notes.clone(),
-    };
-    let method = |m: &crate::plan::PlannedMethod| MethodRecord {
-        label: m.label.clone(),
-        method: m.method.name().to_owned(),
-        settings: m.method.settings(),
-        sampler: m.sampler,
-    };
-    let scenes: Vec<SceneRecord> = plan.scenes.iter().map(scene).collect();
-    let methods: Vec<MethodRecord> = plan.methods.iter().map(method).collect();
-    Manifest {
-        neumann: VERSION.to_owned(),
-        command_line: std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect(),
-        key: key(plan, &scenes, &methods),
-        experiment: plan.experiment.clone(),
-        scenes,
-        methods,
-        machine: machine(threads),
-        started: timestamp(started),
-        ended: timestamp(ended),
-        seconds: ended.duration_since(started).map_or(0.0, |d| d.as_secs_f64()),
-        complete,
-    }
-}
-
-/// Hash of all that the numbers follow from.
-fn key(plan: &Plan, scenes: &[SceneRecord], methods: &[MethodRecord]) -> String {
-    let hashes: Vec<&str> = scenes.iter().map(|s| s.hash.as_str()).collect();
-    let text = serde_json::to_string(&(VERSION, &plan.experiment, hashes, methods)).unwrap_or_default();
-    blake3::hash(text.as_bytes()).to_hex().to_string()
-}
-
-/// The manifest of a folder of results, if it holds one.
-pub fn read_manifest(folder: &Path) -> Option<StoredManifest> {
-    serde_json::from_slice(&scenes::file::read(&folder.join(MANIFEST)).ok()?).ok()
-}
-
-/// Writes the manifest of all files written so far, and of itself.
-///
-/// # Errors
-/// If it cannot be written.
-pub fn write_manifest(folder: &Folder, manifest: &Manifest) -> Result<(), Error> {
-    let mut files = folder.files()?;
-    files.push(MANIFEST.to_owned());
-    files.sort();
-    let stored = StoredManifest { manifest: manifest.clone(), files };
-    let text = serde_json::to_string_pretty(&stored).unwrap_or_default() + "\n";
-    Ok(write_atomically(&folder.staging().join(MANIFEST), text.as_bytes())?)
-}
-
-/// How the question that earlier results answer differs from the plan's; `None` if it is the same.
-pub fn difference(former: &Manifest, plan: &Plan) -> Option<String> {
-    let tables = (toml::Table::try_from(&former.experiment), toml::Table::try_from(&plan.experiment));
-    let (Ok(old), Ok(new)) = tables else { return Some("it cannot be compared".to_owned()) };
-    let keys = crate::config::Experiment::KEYS.into_iter().filter(|key| !["title", "description"].contains(key));
-    for key in keys {
-        if old.get(key) != new.get(key) {
-            let show = |value: Option<&toml::Value>| value.map_or("none".to_owned(), ToString::to_string);
-            let (old, new) = (show(old.get(key)), show(new.get(key)));
-            let short = old.len() + new.len() < 80;
-            return Some(if short { format!("{key} was {old}, now {new}") } else { format!("{key} changed") });
-        }
-    }
-    let edited =
-        plan.scenes.iter().find(|s| former.scenes.iter().all(|old| old.name != s.name || old.hash != s.scene.hash))?;
-    Some(format!("scene {} was edited", edited.name))
-}
 
 /// A row of the records.
 #[derive(Clone, Debug, Serialize)]

@@ -235,6 +235,9 @@ impl Verdict {
 pub struct Manifest {
     /// Version of the program and of its sources: `0.1.0+1a2b3c4d`.
     pub neumann: String,
+    /// The program.
+    #[serde(default)]
+    pub program: Program,
     /// The whole command line.
     pub command_line: Vec<String>,
     /// The experiment as it ran, changes by flags included.
@@ -245,6 +248,9 @@ pub struct Manifest {
     pub scenes: Vec<SceneRecord>,
     /// The methods with all of their settings.
     pub methods: Vec<MethodRecord>,
+    /// What was rendered, and what of it by earlier runs.
+    #[serde(default)]
+    pub renders: Vec<RenderRecord>,
     /// The machine.
     pub machine: Machine,
     /// Start, in UTC, as `2026-01-31T12:00:00Z`.
@@ -287,6 +293,41 @@ pub struct MethodRecord {
     /// Where its random numbers came from.
     #[serde(default)]
     pub sampler: SamplerKind,
+    /// The name under which they were drawn, beside the seed.
+    #[serde(default)]
+    pub instance: String,
+}
+
+/// A method at work in a scene, in the manifest.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RenderRecord {
+    /// The scene's name.
+    pub scene: String,
+    /// The method's label.
+    pub label: String,
+    /// What for: `image`, or a checkpoint such as `64x64_at_4`.
+    pub what: String,
+    /// Samples per pixel of each replicate.
+    pub samples_per_replicate: u32,
+    /// Complete replicates.
+    pub replicates: u32,
+    /// How many of them, the first ones, an earlier run rendered.
+    pub resumed: u32,
+}
+
+/// The program in the manifest.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Program {
+    /// The compiler that built it.
+    pub compiler: String,
+    /// What it was built for.
+    pub target: String,
+    /// `release` or `debug`.
+    pub profile: String,
+    /// Instruction sets that it takes for granted.
+    pub features: String,
+    /// BLAKE3 hash of its file; empty where it could not be read.
+    pub hash: String,
 }
 
 /// The machine in the manifest.

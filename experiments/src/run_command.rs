@@ -7,14 +7,18 @@ use crate::export::exr::{ImageMeta, LayerSelection, write_measurement};
 use crate::export::png::write_contact_sheet;
 use crate::export::pyramid;
 use crate::export::write_atomically;
+use crate::manifest::MANIFEST;
 use crate::output::Folder;
 use crate::plan::Plan;
 use crate::progress::{Verbosity, while_loading};
-use crate::record::{MANIFEST, StoredManifest};
-use crate::result::{AgreementRow, ExperimentResult, RatioRow, Verdict};
+use crate::result::{AgreementRow, ExperimentResult, Manifest, RatioRow, Verdict};
+use crate::runner::Outcome;
 use crate::source::Source;
+use crate::states::States;
 use crate::stop::Stop;
-use crate::{agreement, budget, convergence, fireflies, ratio, record, report, runner, settings};
+use crate::{
+    agreement, budget, convergence, fireflies, manifest, output, ratio, record, report, runner, settings, states,
+};
 use integrators::{Methods, Part};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -29,55 +33,66 @@ pub fn run(args: &RunArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop)
     let experiment = changed(source.parse()?, args)?;
     let mut plan = while_loading(verbosity, || Plan::new(&source, experiment, methods))?;
     let path = args.out.clone().unwrap_or_else(|| PathBuf::from("results").join(&plan.name));
+    let mut folder = Folder::open(&path)?;
     let former = former_results(&path, &plan, args)?;
-    let folder = Folder::open(&path)?;
 
     let pool = budget::pool(args.threads)?;
-    let (methods, integrals) = pool.install(|| runner::run(&mut plan, verbosity, stop))?;
-    if let (Some(signal), true) = (stop.signal(), former.as_ref().is_some_and(|f| f.manifest.complete)) {
-        eprintln!("stopped early: the complete results in {} are kept", path.display());
+    let threads = pool.current_num_threads();
+    let mut states = States::open(&path, args.save_every);
+    states.create()?;
+    if args.fresh {
+        states.clear()?;
+    }
+    states.begin(&manifest::manifest(&plan, Vec::new(), threads, started, false))?;
+    let mut outcome = pool.install(|| runner::run(&mut plan, &mut states, verbosity, stop))?;
+    if let (Some(signal), true) = (stop.signal(), former.as_ref().is_some_and(|f| f.complete)) {
+        eprintln!("stopped early: the complete results in {} are kept; {GO_ON}", path.display());
         return Ok(Status::Interrupted(signal));
     }
-    let (mut agreements, mut ratios) = (Vec::new(), Vec::new());
-    for scene in &plan.scenes {
-        let of_scene: Vec<_> = methods.iter().filter(|m| m.scene == scene.name).collect();
-        agreements.extend(agreement::compare(&of_scene));
-        ratios.extend(ratio::of_scene(&of_scene));
+    let complete = stop.signal().is_none();
+    let renders = std::mem::take(&mut outcome.renders);
+    let result = compared(&plan, outcome, manifest::manifest(&plan, renders, threads, started, complete))?;
+    write_all(&mut folder, &result).map_err(|error| {
+        let kept = path.join(states::FOLDER);
+        Error::usage(format!(
+            "{error}; all that was rendered is kept in {}: once there is room, {GO_ON}",
+            kept.display()
+        ))
+    })?;
+    if complete {
+        states.end()?;
     }
-    let mut largest = Vec::new();
-    for result in &methods {
-        let scene = plan.scenes.iter().find(|scene| scene.name == result.scene);
-        let planned = plan.methods.iter().find(|planned| planned.label == result.label);
-        if let (Some(scene), Some(planned)) = (scene, planned) {
-            largest.extend(fireflies::records(&plan, scene, planned, result)?);
-        }
-    }
-    let slopes = methods.iter().flat_map(convergence::slopes).collect();
-    let manifest = record::manifest(&plan, pool.current_num_threads(), started, stop.signal().is_none());
-    let (name, experiment) = (plan.name.clone(), plan.experiment.clone());
-    let result = ExperimentResult {
-        name,
-        experiment,
-        methods,
-        agreement: agreements,
-        slopes,
-        ratios,
-        integrals,
-        fireflies: largest,
-        manifest,
-    };
-
-    write_all(&folder, &result)?;
-    folder.commit(&former.map(|f| f.files).unwrap_or_default(), MANIFEST)?;
     // Differences are warnings, which no one asked to be quiet about.
     eprint!("{}", differences(&result));
     if verbosity == Verbosity::Normal {
         print(&summary(&result, &path))?;
     }
     if stop.signal().is_some() {
-        eprintln!("stopped early: {} holds what was complete", path.display());
+        eprintln!("stopped early: {} holds what was complete; {GO_ON}", path.display());
     }
     Ok(status(&result, args, stop))
+}
+
+/// What follows from what was measured.
+fn compared(plan: &Plan, outcome: Outcome, manifest: Manifest) -> Result<ExperimentResult, Error> {
+    let Outcome { methods, integrals, .. } = outcome;
+    let (mut agreement, mut ratios) = (Vec::new(), Vec::new());
+    for scene in &plan.scenes {
+        let of_scene: Vec<_> = methods.iter().filter(|m| m.scene == scene.name).collect();
+        agreement.extend(agreement::compare(&of_scene));
+        ratios.extend(ratio::of_scene(&of_scene));
+    }
+    let mut fireflies = Vec::new();
+    for result in &methods {
+        let scene = plan.scenes.iter().find(|scene| scene.name == result.scene);
+        let planned = plan.methods.iter().find(|planned| planned.label == result.label);
+        if let (Some(scene), Some(planned)) = (scene, planned) {
+            fireflies.extend(fireflies::records(plan, scene, planned, result)?);
+        }
+    }
+    let slopes = methods.iter().flat_map(convergence::slopes).collect();
+    let (name, experiment) = (plan.name.clone(), plan.experiment.clone());
+    Ok(ExperimentResult { name, experiment, methods, agreement, slopes, ratios, integrals, fireflies, manifest })
 }
 
 /// The experiment with the changes that flags make.
@@ -101,31 +116,54 @@ fn changed(experiment: Experiment, args: &RunArgs) -> Result<Experiment, Error> 
     Ok(experiment)
 }
 
-/// The results of an earlier run of the same configuration in this folder, which this run replaces.
-fn former_results(path: &Path, plan: &Plan, args: &RunArgs) -> Result<Option<StoredManifest>, Error> {
-    // A run that was killed leaves a hidden folder of unfinished files behind, which is nobody's result.
-    let is_result = |entry: &std::fs::DirEntry| !entry.file_name().to_string_lossy().starts_with(".neumann-");
-    let is_empty = std::fs::read_dir(path).map_or(true, |entries| !entries.flatten().any(|entry| is_result(&entry)));
-    if is_empty {
-        return Ok(None);
-    }
-    let Some(former) = record::read_manifest(path) else {
+/// What to do after an end before the end.
+const GO_ON: &str = "the same command goes on from there";
+
+/// The manifest of an earlier run of the same configuration in this folder, which this run replaces.
+fn former_results(path: &Path, plan: &Plan, args: &RunArgs) -> Result<Option<Manifest>, Error> {
+    let former = manifest::read_manifest(&path.join(MANIFEST)).map(|stored| stored.manifest);
+    let begun = States::begun(path);
+    let states = States::are_alone(path);
+    let is_ours = |entry: &std::fs::DirEntry| {
+        let name = entry.file_name();
+        name.to_string_lossy().starts_with(output::HIDDEN) || (states && name == states::FOLDER)
+    };
+    let foreign = || std::fs::read_dir(path).is_ok_and(|entries| entries.flatten().any(|entry| !is_ours(&entry)));
+    if former.is_none() && foreign() {
         return Err(Error::usage(format!(
             "{} holds files, but no results of neumann; give another folder with --out",
             path.display()
         )));
-    };
-    if let Some(difference) = record::difference(&former.manifest, plan).filter(|_| !args.fresh) {
-        return Err(Error::usage(format!(
-            "{} holds results of another configuration ({difference}); give another folder with --out, or replace them \
-             with --fresh",
-            path.display()
-        )));
     }
-    Ok(Some(former))
+    if !args.fresh {
+        // An unfinished run was allowed to replace the results.
+        check_former(path, begun.as_ref().or(former.as_ref()), plan)?;
+    }
+    Ok(former)
 }
 
-fn write_all(folder: &Folder, result: &ExperimentResult) -> Result<(), Error> {
+/// Refuses to replace results of another configuration, and complete ones of more replicates.
+fn check_former(path: &Path, former: Option<&Manifest>, plan: &Plan) -> Result<(), Error> {
+    let Some(former) = former else { return Ok(()) };
+    let folder = path.display();
+    if let Some(difference) = manifest::difference(former, plan) {
+        return Err(Error::usage(format!(
+            "{folder} holds results of another configuration ({difference}); give another folder with --out, or replace them \
+             with --fresh"
+        )));
+    }
+    let (there, asked) = (former.experiment.replicates, plan.experiment.replicates);
+    if former.complete && there > asked {
+        return Err(Error::usage(format!(
+            "{folder} holds {there} replicates, more than the {asked} asked for; ask for at least {there}, give another folder \
+             with --out, or replace them with --fresh"
+        )));
+    }
+    Ok(())
+}
+
+/// Writes all files, and puts them in place once they are complete.
+fn write_all(folder: &mut Folder, result: &ExperimentResult) -> Result<(), Error> {
     let staging = folder.staging();
     for method in &result.methods {
         let scene_folder = staging.join(&method.scene);
@@ -159,7 +197,11 @@ fn write_all(folder: &Folder, result: &ExperimentResult) -> Result<(), Error> {
     let fireflies = fireflies::in_lines(&result.fireflies);
     write_atomically(&staging.join("fireflies.json"), fireflies.as_bytes())?;
     report::write(staging, result)?;
-    record::write_manifest(folder, &result.manifest)
+    let mut files = folder.files()?;
+    files.push(MANIFEST.to_owned());
+    files.sort();
+    manifest::write_manifest(&staging.join(MANIFEST), &result.manifest, files)?;
+    folder.commit()
 }
 
 fn status(result: &ExperimentResult, args: &RunArgs, stop: &Stop) -> Status {

@@ -1,58 +1,96 @@
 //! Runs a plan: in every scene the methods take turns, replicate by replicate, so that the machine's drift hits all alike.
+//!
+//! What an earlier run has rendered of it is taken up, and what is rendered is saved from time to time.
 
 use crate::config::Convergence;
 use crate::convergence::Deviations;
 use crate::error::Error;
 use crate::integrals;
+use crate::job::{Job, Observations};
 use crate::path_class;
 use crate::plan::{Plan, PlannedMethod, PlannedScene};
 use crate::progress::{Progress, Verbosity};
-use crate::result::{Checkpoint, IntegralResult, MethodResult};
+use crate::result::{Checkpoint, IntegralResult, MethodResult, RenderRecord};
+use crate::states::{States, Unit};
 use crate::stop::Stop;
-use integrators::{Layer, Render, RenderSettings, Window, render};
+use integrators::{PartSettings, Render, RenderSettings, Request, Window, render};
+
+/// What a run leaves behind.
+#[derive(Debug, Default)]
+pub struct Outcome {
+    /// Every method in every scene.
+    pub methods: Vec<MethodResult>,
+    /// Integrals of known value.
+    pub integrals: Vec<IntegralResult>,
+    /// What was rendered, and what of it by earlier runs.
+    pub renders: Vec<RenderRecord>,
+}
 
 /// Runs all of the plan in the current thread pool: integrals, then scene after scene. After an early end, what is complete.
 ///
 /// # Errors
-/// If a method cannot render a scene.
-pub fn run(
-    plan: &mut Plan,
-    verbosity: Verbosity,
-    stop: &Stop,
-) -> Result<(Vec<MethodResult>, Vec<IntegralResult>), Error> {
-    let samples = samples_per_replicate(plan, stop)?;
-    let mut progress = Progress::new(total_work(plan, &samples), verbosity);
-    let (samplers, seed) = (&plan.experiment.sampler.0, plan.experiment.seed);
-    let asked = plan.experiment.integrals.as_ref();
-    let integrals = asked.map(|asked| integrals::measure(samplers, asked, seed, &mut progress, stop));
-    let mut results = Vec::new();
+/// If a method cannot render a scene, or a state cannot be read or written, or holds more replicates than are asked for.
+pub fn run(plan: &mut Plan, states: &mut States, verbosity: Verbosity, stop: &Stop) -> Result<Outcome, Error> {
+    let samples = samples_per_replicate(plan, states, stop)?;
+    check_states(plan, &samples, states)?;
+    let mut runner = Runner { states, progress: Progress::new(total_work(plan, &samples), verbosity), stop };
+    let mut outcome = Outcome::default();
+    if let Some(asked) = &plan.experiment.integrals {
+        let (samplers, seed) = (&plan.experiment.sampler.0, plan.experiment.seed);
+        outcome.integrals = integrals::measure(samplers, asked, seed, runner.states, &mut runner.progress, stop)?;
+    }
     for (scene, samples) in samples.iter().enumerate() {
-        let mut of_scene = compare_methods(plan, &plan.scenes[scene], samples, &mut progress, stop)?;
+        let first = outcome.methods.len();
+        runner.compare_methods(plan, &plan.scenes[scene], samples, &mut outcome)?;
         if let (Some(convergence), None) = (plan.experiment.convergence.clone(), stop.signal()) {
             let checkpoints = with_size(plan, scene, &convergence, |plan, scene| {
-                measure_convergence(plan, scene, &convergence, &mut progress, stop)
+                runner.measure_convergence(plan, scene, &convergence, &mut outcome.renders)
             })?;
-            of_scene.iter_mut().zip(checkpoints).for_each(|(result, points)| result.convergence = points);
+            let of_scene = outcome.methods[first..].iter_mut();
+            of_scene.zip(checkpoints).for_each(|(result, points)| result.convergence = points);
         }
-        results.extend(of_scene);
         if stop.signal().is_some() {
             break;
         }
     }
-    Ok((results, integrals.unwrap_or_default()))
+    Ok(outcome)
 }
 
 /// Samples of a replicate, by scene and method.
-fn samples_per_replicate(plan: &Plan, stop: &Stop) -> Result<Vec<Vec<u32>>, Error> {
-    let of = |scene: &PlannedScene| {
-        let budget = |planned: &PlannedMethod| {
-            let settings = plan.render_settings(planned);
-            let render = |settings| Render::cropped(&scene.scene, &*planned.method, settings, Window::of(&scene.scene));
-            plan.budget.samples_per_replicate(&render, &settings, stop)
-        };
-        plan.methods.iter().map(budget).collect()
+fn samples_per_replicate(plan: &Plan, states: &mut States, stop: &Stop) -> Result<Vec<Vec<u32>>, Error> {
+    let mut of = |scene: &PlannedScene, planned: &PlannedMethod| {
+        let settings = plan.render_settings(planned);
+        let render = |settings| Render::cropped(&scene.scene, &*planned.method, settings, Window::of(&scene.scene));
+        let choose = || plan.budget.samples_per_replicate(&render, &settings, stop);
+        let Some(seconds) = plan.experiment.seconds else { return choose() };
+        // A pilot is asked but once: on another day it would choose another number.
+        let each = seconds / f64::from(plan.budget.replicates);
+        states.chosen(&Unit::of_render(scene, planned, &settings, &plan.parts, &format!("{each}_s_each")), choose)
     };
-    plan.scenes.iter().map(of).collect()
+    plan.scenes.iter().map(|scene| plan.methods.iter().map(|planned| of(scene, planned)).collect()).collect()
+}
+
+/// What the images of a method in a scene are rendered by.
+fn image_settings(plan: &Plan, planned: &PlannedMethod, samples_per_replicate: u32) -> RenderSettings {
+    RenderSettings { samples_per_replicate, ..plan.render_settings(planned) }
+}
+
+/// Refuses a plan of fewer replicates than there are: a part of what has been rendered cannot be taken back.
+fn check_states(plan: &Plan, samples: &[Vec<u32>], states: &States) -> Result<(), Error> {
+    let asked = plan.budget.replicates;
+    for (scene, samples) in plan.scenes.iter().zip(samples) {
+        for (planned, &n) in plan.methods.iter().zip(samples) {
+            let unit = Unit::of_render(scene, planned, &image_settings(plan, planned, n), &plan.parts, IMAGE);
+            if let Some(more) = states.replicates(&unit).filter(|&found| found > asked) {
+                return Err(Error::usage(format!(
+                    "{more} replicates of {} in {} are rendered already, more than the {asked} asked for; ask for at least {more} \
+                     of {n} samples each, or discard them with --fresh",
+                    planned.label, scene.name
+                )));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Pixel samples of the whole plan.
@@ -92,32 +130,102 @@ fn with_size<T>(
     result
 }
 
-/// Every method's replicates in one scene. Methods of which no replicate is complete are left out.
-fn compare_methods(
-    plan: &Plan,
-    scene: &PlannedScene,
-    samples: &[u32],
-    progress: &mut Progress,
-    stop: &Stop,
-) -> Result<Vec<MethodResult>, Error> {
-    let mut renders = Vec::new();
-    for (planned, &samples_per_replicate) in plan.methods.iter().zip(samples) {
-        let settings = RenderSettings { samples_per_replicate, ..plan.render_settings(planned) };
-        let request = render::request(&scene.scene, &*planned.method, &settings, &plan.parts)?;
-        let request = request.with_fireflies();
-        renders.push(Render::of_request(&scene.scene, &*planned.method, settings, Window::of(&scene.scene), request)?);
+/// What the states of images are called.
+const IMAGE: &str = "image";
+
+/// A plan at work.
+struct Runner<'r> {
+    states: &'r mut States,
+    progress: Progress,
+    stop: &'r Stop,
+}
+
+impl Runner<'_> {
+    /// Every method's replicates in one scene. Methods of which no replicate is complete are left out.
+    fn compare_methods(
+        &mut self,
+        plan: &Plan,
+        scene: &PlannedScene,
+        samples: &[u32],
+        outcome: &mut Outcome,
+    ) -> Result<(), Error> {
+        let mut jobs = Vec::new();
+        for (planned, &n) in plan.methods.iter().zip(samples) {
+            let settings = image_settings(plan, planned, n);
+            let request = render::request(&scene.scene, &*planned.method, &settings, &plan.parts)?.with_fireflies();
+            let noted = Observations::default();
+            jobs.push(Job::open(
+                scene,
+                planned,
+                (settings, request, &plan.parts),
+                IMAGE.to_owned(),
+                noted,
+                self.states,
+            )?);
+        }
+        self.take_turns(&mut jobs, plan.budget.replicates)?;
+        outcome.renders.extend(jobs.iter().map(Job::record));
+        outcome.methods.extend(jobs.into_iter().filter(|job| job.replicates() > 0).map(result));
+        Ok(())
     }
-    'replicates: for replicate in 0..plan.budget.replicates {
-        for ((render, planned), &n) in renders.iter_mut().zip(&plan.methods).zip(samples) {
-            progress.say(format!("{}, {}, {} of {}", scene.name, planned.label, replicate + 1, plan.budget.replicates));
-            progress.during(pixels(scene) * f64::from(n), |report| render.run_replicate(report));
-            if stop.signal().is_some() {
-                break 'replicates;
+
+    /// Every method's checkpoints in one scene, whose camera has the right size already. A checkpoint that the user's early end
+    /// leaves incomplete is left out.
+    fn measure_convergence(
+        &mut self,
+        plan: &Plan,
+        scene: &PlannedScene,
+        convergence: &Convergence,
+        renders: &mut Vec<RenderRecord>,
+    ) -> Result<Vec<Vec<Checkpoint>>, Error> {
+        let mut points: Vec<Vec<Checkpoint>> = vec![Vec::new(); plan.methods.len()];
+        for &samples in &convergence.checkpoints {
+            let mut jobs = Vec::new();
+            for planned in &plan.methods {
+                jobs.push(checkpoint(plan, scene, planned, samples, self.states)?);
+            }
+            self.take_turns(&mut jobs, convergence.replicates)?;
+            renders.extend(jobs.iter().map(Job::record));
+            if jobs.iter().any(|job| job.replicates() < convergence.replicates) {
+                return Ok(points);
+            }
+            points.iter_mut().zip(jobs).for_each(|(points, job)| points.extend(checkpoints(plan, job, samples)));
+        }
+        Ok(points)
+    }
+
+    /// Has all jobs render up to so many replicates, or until the user asks for an end; their states are saved then.
+    fn take_turns(&mut self, jobs: &mut [Job], replicates: u32) -> Result<(), Error> {
+        for job in jobs.iter() {
+            self.progress.skip(f64::from(job.replicates()) * job.work());
+        }
+        for replicate in 0..replicates {
+            for turn in 0..jobs.len() {
+                let job = &mut jobs[turn];
+                if job.replicates() > replicate {
+                    continue;
+                }
+                let (scene, label, what) = (&job.scene.name, &job.planned.label, &job.what);
+                let of = if what == IMAGE { String::new() } else { format!(", {what}") };
+                self.progress.say(format!("{scene}, {label}{of}, {} of {replicates}", replicate + 1));
+                let seconds = self.progress.during(job.work(), |report| job.run_replicate(report));
+                let ended = self.stop.signal().is_some();
+                if self.states.due(seconds) || ended {
+                    jobs.iter_mut().try_for_each(|job| job.save(self.states))?;
+                }
+                if ended {
+                    return Ok(());
+                }
             }
         }
+        jobs.iter_mut().try_for_each(|job| job.save(self.states))
     }
-    let complete = renders.into_iter().zip(&plan.methods).filter(|(render, _)| render.replicates() > 0);
-    let results = complete.map(|(render, planned)| MethodResult {
+}
+
+/// What a method has measured in a scene.
+fn result(job: Job) -> MethodResult {
+    let (scene, planned) = (job.scene, job.planned);
+    MethodResult {
         scene: scene.name.clone(),
         method: planned.method.name().to_owned(),
         label: planned.label.clone(),
@@ -125,84 +233,39 @@ fn compare_methods(
         sampler: planned.sampler,
         settings: planned.method.settings(),
         setting: planned.setting.clone(),
-        measurement: render.finish(),
+        measurement: job.finish().0,
         convergence: Vec::new(),
         missing_light: path_class::missing(&*planned.method, &scene.scene),
         skipped: scene.scene.needs.skipped().into_iter().map(str::to_owned).collect(),
-    });
-    Ok(results.collect())
+    }
 }
 
-/// Every method's checkpoints in one scene, whose camera has the right size already. A checkpoint that the user's early end
-/// leaves incomplete is left out.
-fn measure_convergence(
+/// A method at one number of samples. Every checkpoint draws numbers of its own, so that they are independent of one another and
+/// of the images.
+fn checkpoint<'a>(
     plan: &Plan,
-    scene: &PlannedScene,
-    convergence: &Convergence,
-    progress: &mut Progress,
-    stop: &Stop,
-) -> Result<Vec<Vec<Checkpoint>>, Error> {
-    let mut points: Vec<Vec<Checkpoint>> = vec![Vec::new(); plan.methods.len()];
-    for &samples in &convergence.checkpoints {
-        let mut runs = Vec::new();
-        for planned in &plan.methods {
-            let settings = checkpoint_settings(plan, scene, planned, samples);
-            runs.push(CheckpointRun::new(
-                scene,
-                Render::new(&scene.scene, &*planned.method, settings.clone())?,
-                &settings,
-            ));
-        }
-        for replicate in 0..convergence.replicates {
-            for (run, planned) in runs.iter_mut().zip(&plan.methods) {
-                progress.say(format!(
-                    "{}, {} at {samples} samples, {} of {}",
-                    scene.name,
-                    planned.label,
-                    replicate + 1,
-                    convergence.replicates
-                ));
-                progress.during(pixels(scene) * f64::from(samples), |report| run.next(report));
-                if stop.signal().is_some() {
-                    return Ok(points);
-                }
-            }
-        }
-        points.iter_mut().zip(runs).for_each(|(points, run)| points.extend(run.finish(samples)));
-    }
-    Ok(points)
-}
-
-/// Every checkpoint draws numbers of its own, so that they are independent of one another and of the images.
-fn checkpoint_settings(plan: &Plan, scene: &PlannedScene, planned: &PlannedMethod, samples: u32) -> RenderSettings {
+    scene: &'a PlannedScene,
+    planned: &'a PlannedMethod,
+    samples: u32,
+    states: &mut States,
+) -> Result<Job<'a>, Error> {
     let (width, height) = (scene.scene.camera.width(), scene.scene.camera.height());
-    let settings = plan.render_settings(planned);
+    let settings = image_settings(plan, planned, samples);
     let instance = format!("{} {width}x{height} at {samples}", settings.instance);
-    RenderSettings { samples_per_replicate: samples, instance, ..settings }
+    let layers = Request::new(settings.orders.clone(), settings.tail).layers().len();
+    let deviations = Deviations::new(width as usize * height as usize, layers);
+    let settings = RenderSettings { instance, ..settings };
+    let noted = Observations { deviations: Some(deviations) };
+    let parts = PartSettings::default();
+    let request = render::request(&scene.scene, &*planned.method, &settings, &parts)?;
+    Job::open(scene, planned, (settings, request, &parts), format!("{width}x{height}_at_{samples}"), noted, states)
 }
 
-/// One method at one number of samples.
-struct CheckpointRun<'a> {
-    render: Render<'a>,
-    layers: Vec<Layer>,
-    deviations: Deviations,
-}
-
-impl<'a> CheckpointRun<'a> {
-    fn new(scene: &PlannedScene, render: Render<'a>, settings: &RenderSettings) -> Self {
-        let layers = integrators::Request::new(settings.orders.clone(), settings.tail).layers().to_vec();
-        let pixels = scene.scene.camera.width() as usize * scene.scene.camera.height() as usize;
-        Self { render, deviations: Deviations::new(pixels, layers.len()), layers }
-    }
-
-    fn next(&mut self, report: &(dyn Fn(f64) + Sync)) {
-        self.render.run_replicate(report);
-        let render = &self.render;
-        self.deviations.push(|layer, pixel| render.last_replicate(layer, pixel));
-    }
-
-    fn finish(self, samples: u32) -> Vec<Checkpoint> {
-        let seconds = self.render.seconds() / f64::from(self.render.replicates());
-        self.deviations.checkpoints(samples, seconds, &self.layers)
-    }
+/// What a checkpoint has measured, layer by layer.
+fn checkpoints(plan: &Plan, job: Job, samples: u32) -> Vec<Checkpoint> {
+    let settings = plan.render_settings(job.planned);
+    let request = Request::new(settings.orders, settings.tail);
+    let seconds = job.seconds_of_replicate();
+    let deviations = job.finish().1.deviations;
+    deviations.map(|d| d.checkpoints(samples, seconds, request.layers())).unwrap_or_default()
 }

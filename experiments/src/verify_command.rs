@@ -13,6 +13,7 @@ use crate::plan::Plan;
 use crate::progress::{Verbosity, while_loading};
 use crate::result::{AgreementRow, MethodResult, Verdict};
 use crate::source::Source;
+use crate::states::States;
 use crate::stop::Stop;
 use crate::{budget, runner};
 use integrators::{Layer, Methods};
@@ -97,7 +98,7 @@ fn one(
     stop: &Stop,
 ) -> Result<Findings, Error> {
     let (mut plan, left_out) = while_loading(verbosity, || plan(scene, args, methods))?;
-    let (results, _) = runner::run(&mut plan, verbosity, stop)?;
+    let results = runner::run(&mut plan, &mut States::none(), verbosity, stop)?.methods;
     let rows = agreement::compare(&results.iter().collect::<Vec<_>>());
     Ok(findings(&results, &rows, left_out))
 }

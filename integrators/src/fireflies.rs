@@ -1,10 +1,12 @@
 //! The largest contributions of a render, each with what it takes to make it again, and how heavy the tail of all samples is.
 
 use crate::contribution::{Contribution, Technique};
+use crate::state::{Stored, damaged};
 use sampling::Vec2;
 use sampling::math::Spectrum;
 use sampling::tail::Tail;
 use serde::{Deserialize, Serialize};
+use std::io::{self, Read, Write};
 
 /// How many are kept of every layer.
 pub const KEPT: usize = 8;
@@ -159,9 +161,90 @@ impl Fireflies {
         }
     }
 
+    /// Takes in those of replicates that follow.
+    pub(crate) fn merge(&mut self, other: &Self) {
+        for (layer, found) in other.layers.iter().enumerate() {
+            self.layers[layer].extend(found);
+            self.cut(layer);
+        }
+        self.add_tails(other);
+    }
+
     /// Takes in the tails that a block's film has gathered over a replicate.
     pub(crate) fn add_tails(&mut self, block: &Self) {
         self.tails.iter_mut().zip(&block.tails).for_each(|(tail, other)| tail.merge(other));
+    }
+}
+
+impl Stored for Fireflies {
+    fn write(&self, to: &mut dyn Write) -> io::Result<()> {
+        self.layers.write(to)?;
+        let tails: Vec<StoredTail> = self.tails.iter().map(|tail| StoredTail(tail.clone())).collect();
+        tails.write(to)
+    }
+
+    fn read(from: &mut dyn Read) -> io::Result<Self> {
+        let layers = <Vec<Vec<Firefly>>>::read(from)?;
+        let tails = <Vec<StoredTail>>::read(from)?;
+        if tails.len() != layers.len() {
+            return Err(damaged("tails of other layers"));
+        }
+        let mut found = Self::new(layers.len());
+        found.tails = tails.into_iter().map(|StoredTail(tail)| tail).collect();
+        for (layer, fireflies) in layers.into_iter().enumerate() {
+            found.layers[layer] = fireflies;
+            found.cut(layer);
+        }
+        Ok(found)
+    }
+}
+
+impl Stored for Firefly {
+    fn write(&self, to: &mut dyn Write) -> io::Result<()> {
+        let (kind, s, t) = match self.technique {
+            Technique::Connect { s, t } => (0, s, t),
+            Technique::Merge { s, t } => (1, s, t),
+            Technique::Whole { order } => (2, order, 0),
+        };
+        let [r, g, b] = self.value.to_array();
+        let numbers = [self.replicate, self.pixel.0, self.pixel.1, self.sample, kind, u32::from(s), u32::from(t)];
+        numbers.write(to)?;
+        [self.raster.x, self.raster.y, r, g, b].map(f32::to_bits).write(to)?;
+        self.weight.write(to)
+    }
+
+    fn read(from: &mut dyn Read) -> io::Result<Self> {
+        let [replicate, x, y, sample, kind, s, t] = <[u32; 7]>::read(from)?;
+        let small = |n: u32| u16::try_from(n).map_err(|_| damaged("a number of vertices"));
+        let technique = match kind {
+            0 => Technique::Connect { s: small(s)?, t: small(t)? },
+            1 => Technique::Merge { s: small(s)?, t: small(t)? },
+            2 => Technique::Whole { order: small(s)? },
+            _ => return Err(damaged("a technique")),
+        };
+        let [u, v, r, g, b] = <[u32; 5]>::read(from)?.map(f32::from_bits);
+        let (raster, value) = (Vec2::new(u, v), Spectrum::new(r, g, b));
+        Ok(Self { replicate, pixel: (x, y), sample, technique, raster, value, weight: f64::read(from)? })
+    }
+}
+
+/// A tail as bytes.
+struct StoredTail(Tail);
+
+impl Stored for StoredTail {
+    fn write(&self, to: &mut dyn Write) -> io::Result<()> {
+        let (counts, squares): (Vec<u64>, Vec<f64>) = self.0.bins().unzip();
+        self.0.count.write(to)?;
+        self.0.sums.write(to)?;
+        counts.write(to)?;
+        squares.write(to)
+    }
+
+    fn read(from: &mut dyn Read) -> io::Result<Self> {
+        let (count, sums) = (u64::read(from)?, <[f64; 4]>::read(from)?);
+        let (counts, squares) = (<Vec<u64>>::read(from)?, <Vec<f64>>::read(from)?);
+        let tail = Tail::of(count, sums, counts.into_iter().zip(squares));
+        tail.map(Self).ok_or_else(|| damaged("a histogram of other bins"))
     }
 }
 
@@ -193,6 +276,23 @@ mod tests {
             let sizes: Vec<f32> = all.layers()[0].iter().map(Firefly::size).collect();
             assert_eq!(sizes, sorted[..KEPT], "{pieces}");
         }
+    }
+
+    #[test]
+    fn what_is_read_is_what_was_written() {
+        let mut all = Fireflies::new(1);
+        for replicate in 0..3 {
+            let mut block = block(&[1.0, 0.0, 5e-9, 7.0 + replicate as f32]);
+            block.start_sample();
+            block.count(0, 3.0);
+            block.end_sample();
+            all.add_block(&block, replicate);
+            all.add_tails(&block);
+        }
+        let mut bytes = Vec::new();
+        all.write(&mut bytes).unwrap();
+        assert_eq!(Fireflies::read(&mut bytes.as_slice()).unwrap(), all);
+        assert!((0..bytes.len()).all(|length| Fireflies::read(&mut &bytes[..length]).is_err()));
     }
 
     #[test]

@@ -15,7 +15,7 @@
 //!   order that no thread can change;
 //! - [`parts`]: what an image is taken apart into besides orders; [`lpe`]: light-path expressions; [`trail`]: the classes of a path;
 //! - [`render`]: replicates; [`statistics`]: their moments; [`fireflies`]: the largest contributions, and how they are made again;
-//!   [`measurement`]: what comes out.
+//!   [`tally`]: what replicates add up to; [`measurement`]: what comes out; [`state`]: a render as bytes, to go on later.
 //!
 //! This crate reads and writes no files, and draws its random numbers only through [`sampling::sampler`].
 
@@ -41,8 +41,10 @@ mod sampled;
 pub mod scratch;
 pub mod splats;
 pub mod start;
+pub mod state;
 pub mod statistics;
 pub mod subsurface;
+pub mod tally;
 pub mod trail;
 pub mod vertex;
 pub mod walk;

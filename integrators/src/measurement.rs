@@ -3,6 +3,7 @@
 use crate::fireflies::Fireflies;
 use crate::parts::Part;
 use crate::statistics::BlockGrid;
+use crate::stored;
 use sampling::fault;
 use serde::Serialize;
 
@@ -58,6 +59,8 @@ pub struct Counters {
     /// Directions sampled from a BSDF.
     pub bsdf_samples: u64,
 }
+
+stored!(Counters { closest, shadow, camera_paths, light_paths, connections, bsdf_samples });
 
 impl std::ops::AddAssign for Counters {
     fn add_assign(&mut self, other: Self) {

@@ -1,15 +1,17 @@
 //! Replicates of one method in one scene.
 
 use crate::film::{Block, BlockFilm, Blocks, Film, Window};
-use crate::fireflies::Fireflies;
-use crate::measurement::{Counters, Measurement};
+use crate::measurement::Measurement;
 use crate::method::{Integrator, Replicate};
 use crate::parts::{PartSettings, Parts};
 use crate::request::{Orders, Request};
-use crate::statistics::{BlockGrid, GROUP, ImageMoments, MAX_COVARIANCE_LAYERS};
+use crate::state::{Stored, damaged};
+use crate::statistics::{BlockGrid, GROUP, MAX_COVARIANCE_LAYERS};
+use crate::tally::Tally;
 use rayon::prelude::*;
 use sampling::sampler::{Role, SamplerKind, StreamKey};
 use scenes::Scene;
+use std::io::{self, Read, Write};
 use std::time::Instant;
 
 /// Blocks in flight at once, at most; bits do not depend on it.
@@ -113,16 +115,11 @@ pub struct Render<'a> {
     request: Request,
     window: Window,
     film: Film,
-    group: ImageMoments,
-    whole: ImageMoments,
     grid: BlockGrid,
-    group_blocks: ImageMoments,
-    whole_blocks: ImageMoments,
-    replicate_means: Vec<Vec<[f64; 3]>>,
-    replicate_seconds: Vec<f64>,
-    invalid: Vec<u64>,
-    counters: Counters,
-    fireflies: Fireflies,
+    /// The replicates of the group at work.
+    group: Tally,
+    /// Those of all groups before.
+    whole: Tally,
 }
 
 impl<'a> Render<'a> {
@@ -176,16 +173,9 @@ impl<'a> Render<'a> {
             method,
             settings,
             film: Film::new(width, height, layers),
-            group: ImageMoments::new(pixels, layers, series),
-            whole: ImageMoments::new(pixels, layers, series),
-            group_blocks: ImageMoments::new(grid.count(), layers, series),
-            whole_blocks: ImageMoments::new(grid.count(), layers, series),
+            group: Tally::new(pixels, &grid, layers, series),
+            whole: Tally::new(pixels, &grid, layers, series),
             grid,
-            replicate_means: Vec::new(),
-            replicate_seconds: Vec::new(),
-            invalid: vec![0; series],
-            counters: Counters::default(),
-            fireflies: Fireflies::new(series),
             request,
             window,
         })
@@ -198,19 +188,51 @@ impl<'a> Render<'a> {
 
     /// Replicates finished.
     pub fn replicates(&self) -> u32 {
-        self.replicate_seconds.len() as u32
+        self.whole.count() + self.group.count()
     }
 
     /// Seconds of transport (wall time) so far.
     pub fn seconds(&self) -> f64 {
-        self.replicate_seconds.iter().sum()
+        self.whole.seconds.iter().chain(&self.group.seconds).sum()
+    }
+
+    /// Writes all that later replicates and the end depend on, the settings apart.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn save(&self, to: &mut dyn Write) -> io::Result<()> {
+        for tally in [&self.whole, &self.group] {
+            let filled = tally.count() > 0;
+            u8::from(filled).write(to)?;
+            if filled {
+                tally.write(to)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes up what [`save`](Self::save) wrote of a render of the same scene, method, settings and request: later replicates, and the
+    /// measurement, have the bits of an uninterrupted run.
+    ///
+    /// # Errors
+    /// If the bytes are damaged, or of a render of other pixels or layers; this one is then as it was.
+    pub fn resume(&mut self, from: &mut dyn Read) -> io::Result<()> {
+        let (whole, group) = (<Option<Tally>>::read(from)?, <Option<Tally>>::read(from)?);
+        if ![&whole, &group].into_iter().flatten().all(|tally| tally.is_like(&self.whole)) {
+            return Err(damaged("it is of another image"));
+        }
+        self.whole.clear();
+        self.group.clear();
+        whole.into_iter().for_each(|tally| self.whole = tally);
+        group.into_iter().for_each(|tally| self.group = tally);
+        Ok(())
     }
 
     /// Renders the next replicate in the current thread pool. `progress` is told the fraction done, from any thread.
     pub fn run_replicate(&mut self, progress: &(dyn Fn(f64) + Sync)) {
         let start = Instant::now();
-        let settings = &self.settings;
-        let key = StreamKey::new(settings.seed, &settings.instance, settings.role, self.replicate_seconds.len() as u32);
+        let (settings, number) = (&self.settings, self.replicates());
+        let key = StreamKey::new(settings.seed, &settings.instance, settings.role, number);
         let replicate = Replicate { key, sampler: settings.sampler, samples: settings.samples_per_replicate };
         let (width, height) = (self.scene.camera.width(), self.scene.camera.height());
         let taken = if self.method.splats() { Window::whole(width, height) } else { self.window.clone() };
@@ -232,21 +254,19 @@ impl<'a> Render<'a> {
             });
             self.film.reduce(&films[..count]);
             for film in &films[..count] {
-                self.counters += film.counters;
-                self.invalid.iter_mut().zip(&film.invalid).for_each(|(sum, n)| *sum += n);
-                let replicate = self.replicate_seconds.len() as u32;
-                film.fireflies.iter().for_each(|found| self.fireflies.add_block(found, replicate));
+                self.group.counters += film.counters;
+                self.group.invalid.iter_mut().zip(&film.invalid).for_each(|(sum, n)| *sum += n);
+                film.fireflies.iter().for_each(|found| self.group.fireflies.add_block(found, number));
             }
             progress((first + count as u64) as f64 / blocks.count() as f64);
         }
         drop(pass);
         // Which blocks a film has had depends on the image alone, not on threads.
-        films.iter().filter_map(|film| film.fireflies.as_ref()).for_each(|found| self.fireflies.add_tails(found));
-        self.replicate_seconds.push(start.elapsed().as_secs_f64());
-        let samples = self.settings.samples_per_replicate;
-        self.replicate_means.push(self.group.push(&self.film, samples));
-        self.group_blocks.push(&self.grid.average(&self.film, self.request.film_layers()), samples);
-        if self.group.count == GROUP {
+        let found = films.iter().filter_map(|film| film.fireflies.as_ref());
+        found.for_each(|found| self.group.fireflies.add_tails(found));
+        let seconds = start.elapsed().as_secs_f64();
+        self.group.push(&self.film, &self.grid, self.settings.samples_per_replicate, seconds);
+        if self.group.count() == GROUP {
             self.close_group();
         }
     }
@@ -262,14 +282,13 @@ impl<'a> Render<'a> {
     fn close_group(&mut self) {
         self.whole.merge(&self.group);
         self.group.clear();
-        self.whole_blocks.merge(&self.group_blocks);
-        self.group_blocks.clear();
     }
 
     /// Ends the render and gives what was measured.
     pub fn finish(mut self) -> Measurement {
         self.close_group();
-        let (whole, layers) = (self.whole, self.request.layers().to_vec());
+        let (tally, layers) = (self.whole, self.request.layers().to_vec());
+        let whole = tally.pixels;
         let pixels = self.window.width() as f64 * self.window.height() as f64;
         let count = layers.len();
         let scale = 1.0 / (pixels * (whole.count as f64 - 1.0));
@@ -294,13 +313,16 @@ impl<'a> Render<'a> {
             mean: whole.mean,
             m2: whole.m2,
             grid: self.grid,
-            block_mean: self.whole_blocks.mean,
-            block_m2: self.whole_blocks.m2,
-            replicate_means: self.replicate_means,
-            replicate_seconds: self.replicate_seconds,
-            invalid: self.invalid,
-            counters: self.counters,
-            fireflies: self.fireflies,
+            block_mean: tally.blocks.mean,
+            block_m2: tally.blocks.m2,
+            replicate_means: tally.means,
+            replicate_seconds: tally.seconds,
+            invalid: tally.invalid,
+            counters: tally.counters,
+            fireflies: tally.fireflies,
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -5,6 +5,7 @@
 //! (the sum of the replicate at work, and mean and squared deviations of the group and of the whole): 120 bytes for three channels.
 
 use crate::film::Film;
+use crate::stored;
 use rayon::prelude::*;
 use sampling::fault;
 
@@ -34,6 +35,8 @@ pub struct ImageMoments {
     series: usize,
 }
 
+stored!(ImageMoments { count, mean, m2, products, layers, series });
+
 impl ImageMoments {
     /// No replicates yet, of an image of so many layers, of which the first `series` make up the image.
     pub fn new(pixels: usize, layers: usize, series: usize) -> Self {
@@ -46,6 +49,17 @@ impl ImageMoments {
             layers,
             series,
         }
+    }
+
+    /// Layers of the image, those that it is taken apart into included.
+    pub fn layers(&self) -> usize {
+        self.layers
+    }
+
+    /// Whether these are moments of images of the same pixels and layers.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let lengths = |m: &Self| [m.layers, m.series, m.mean.len(), m.m2.len(), m.products.len()];
+        lengths(self) == lengths(other)
     }
 
     /// Forgets all replicates.

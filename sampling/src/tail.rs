@@ -62,6 +62,8 @@ pub enum Variance {
 
 /// The part of the values that the upper tail is taken to be, at most.
 const UPPER: f64 = 0.01;
+/// The part of them that its far end is.
+const FAR: f64 = 1e-4;
 /// The number of values in it from which on anything is said.
 const ENOUGH: u64 = 50;
 /// How many standard errors the index must be below 2: exceeded by chance with probability 10⁻³.
@@ -74,6 +76,17 @@ impl Default for Tail {
 }
 
 impl Tail {
+    /// The count and Σ x² of every bin, to be kept; none before the first value that is not zero.
+    pub fn bins(&self) -> impl Iterator<Item = (u64, f64)> {
+        self.bins.iter().map(|bin| (bin.count, bin.square))
+    }
+
+    /// The tail of which these were kept; `None` if there are too few bins or too many.
+    pub fn of(count: u64, sums: [f64; 4], bins: impl Iterator<Item = (u64, f64)>) -> Option<Self> {
+        let bins: Vec<Bin> = bins.map(|(count, square)| Bin { count, square }).collect();
+        (bins.is_empty() || bins.len() == OCTAVES * PARTS).then_some(Self { count, sums, bins })
+    }
+
     /// Adds one magnitude x ≥ 0.
     #[inline]
     pub fn add(&mut self, x: f64) {
@@ -154,22 +167,31 @@ impl Tail {
     /// over them is 1/α. The mean logarithm of a bin's values is that of their root mean square less its variance, `w²/12` for a
     /// logarithm uniform in a bin of width w.
     pub fn index(&self) -> Option<(f64, u64)> {
-        let (mut chosen, mut logs, mut best) = (0, 0.0, None);
-        for (i, bin) in self.bins.iter().enumerate().rev().filter(|(_, bin)| bin.count > 0) {
-            chosen += bin.count;
-            if chosen as f64 > UPPER * self.count as f64 {
-                break;
-            }
-            let width = (lower_end(i + 1) / lower_end(i)).ln();
-            logs += bin.count as f64 * (0.5 * (bin.square / bin.count as f64).ln() - width * width / 12.0);
-            if chosen >= ENOUGH {
-                best = Some((chosen as f64 / (logs - chosen as f64 * lower_end(i).ln()), chosen));
-            }
-        }
-        best
+        self.indices().last()
     }
 
-    /// Whether the variance looks infinite: α is below 2 by more than 3.09 standard errors.
+    /// Hill's estimates from ever longer parts of the upper tail, up to a hundredth of all values.
+    fn indices(&self) -> impl Iterator<Item = (f64, u64)> {
+        let (mut chosen, mut logs) = (0, 0.0);
+        let bins = self.bins.iter().enumerate().rev().filter(|(_, bin)| bin.count > 0);
+        let hill = bins.map(move |(i, bin)| {
+            chosen += bin.count;
+            let width = (lower_end(i + 1) / lower_end(i)).ln();
+            logs += bin.count as f64 * (0.5 * (bin.square / bin.count as f64).ln() - width * width / 12.0);
+            (chosen as f64 / (logs - chosen as f64 * lower_end(i).ln()), chosen)
+        });
+        let most = UPPER * self.count as f64;
+        hill.take_while(move |&(_, chosen)| chosen as f64 <= most).filter(|&(_, chosen)| chosen >= ENOUGH)
+    }
+
+    /// The index of the far end of the tail: of the largest ten-thousandth of all values, or of as few as say anything.
+    fn far_index(&self) -> Option<f64> {
+        let far = FAR * self.count as f64;
+        self.indices().find(|&(_, chosen)| chosen as f64 >= far).map(|(index, _)| index)
+    }
+
+    /// Whether the variance looks infinite: α is below 2 by more than 3.09 standard errors, and the far end of the tail, where values that
+    /// fall slowly over a wide range may still have a bound, does not contradict it.
     ///
     /// False alarms: where `P(X > x)` is exactly a power of index α ≥ 2 beyond the tail's start, at most 10⁻³, and fewer the larger α
     /// is; where the tail falls faster than any power, as that of exponential values, none to speak of. A lognormal tail looks like a power
@@ -178,7 +200,9 @@ impl Tail {
     pub fn variance(&self) -> Variance {
         match self.index() {
             None => Variance::Unknown,
-            Some((alpha, k)) if alpha * (1.0 + SURE / (k as f64).sqrt()) < 2.0 => Variance::Infinite,
+            Some((alpha, k)) if alpha * (1.0 + SURE / (k as f64).sqrt()) < 2.0 && self.far_index() < Some(2.0) => {
+                Variance::Infinite
+            }
             Some(_) => Variance::Finite,
         }
     }

@@ -40,9 +40,13 @@ pub struct RunArgs {
     /// Threads [default: all cores].
     #[arg(long, value_name = "T", value_parser = parse_threads)]
     pub threads: Option<usize>,
-    /// Replace results of another configuration in the same folder.
+    /// Discard what the folder holds: results of another configuration, and all that has been rendered so far. Without it, a run
+    /// goes on where an interrupted or shorter one ended.
     #[arg(long)]
     pub fresh: bool,
+    /// Seconds of work between saves of what has been rendered [default: 30, or more where saving takes long].
+    #[arg(long, value_name = "S", value_parser = parse_seconds)]
+    pub save_every: Option<f64>,
     /// Change a key of the experiment (max_order=4) or a method's setting (bdpt.mis=power).
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<Assignment>,
@@ -315,6 +319,13 @@ fn parse_threads(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(threads) if (1..=MAX_THREADS).contains(&threads) => Ok(threads),
         _ => Err(format!("give a number of threads from 1 to {MAX_THREADS}, or leave --threads out for all cores")),
+    }
+}
+
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(seconds) if seconds >= 0.0 => Ok(seconds),
+        _ => Err("give a number of seconds, such as 60; 0 saves every replicate".to_owned()),
     }
 }
 

@@ -14,6 +14,7 @@ pub mod pyramid;
 pub(crate) mod testing;
 pub mod tone;
 
+use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -60,20 +61,29 @@ pub enum ExportError {
 /// # Errors
 /// [`ExportError::Write`] if the folder is missing or not writable, or the disk is full; what was there before is then intact.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
+    let written = write_streamed(path, |file| file.write_all(bytes));
+    written.map_err(|source| ExportError::Write { path: path.to_owned(), source })
+}
+
+/// The same for a file that `write` writes piece by piece.
+///
+/// # Errors
+/// Those of `write`, and those of [`write_atomically`].
+pub fn write_streamed(path: &Path, write: impl FnOnce(&mut File) -> std::io::Result<()>) -> std::io::Result<()> {
     let temporary = temporary_beside(path);
-    let written = write_and_sync(&temporary, bytes).and_then(|()| std::fs::rename(&temporary, path));
-    written.map_err(|source| {
+    let written = write_and_sync(&temporary, write).and_then(|()| std::fs::rename(&temporary, path));
+    if written.is_err() {
         // The first error is the one to report; a temporary file that can't be removed either adds nothing to it.
         let _ = std::fs::remove_file(&temporary);
-        ExportError::Write { path: path.to_owned(), source }
-    })?;
+        return written;
+    }
     sync_folder(path);
     Ok(())
 }
 
-fn write_and_sync(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let mut file = std::fs::File::create(path)?;
-    file.write_all(bytes)?;
+fn write_and_sync(path: &Path, write: impl FnOnce(&mut File) -> std::io::Result<()>) -> std::io::Result<()> {
+    let mut file = File::create(path)?;
+    write(&mut file)?;
     file.sync_all()
 }
 
@@ -81,7 +91,7 @@ fn write_and_sync(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
 /// is complete in any case, so a failure here is no error.
 fn sync_folder(path: &Path) {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let _ = std::fs::File::open(folder).and_then(|f| f.sync_all());
+    let _ = File::open(folder).and_then(|f| f.sync_all());
 }
 
 fn temporary_beside(path: &Path) -> PathBuf {

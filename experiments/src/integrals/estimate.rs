@@ -3,10 +3,14 @@
 use super::{Integral, Numbers};
 use crate::config::Convergence;
 use crate::convergence::{checkpoint_of_squares, fit};
+use crate::error::Error;
 use crate::progress::Progress;
 use crate::result::IntegralResult;
+use crate::states::{States, Unit};
 use crate::statistics::welch::{Sample, rounding, welch};
 use crate::stop::Stop;
+use integrators::state::Stored;
+use integrators::stored;
 use rayon::prelude::*;
 use sampling::moments::Moments;
 use sampling::sampler::{Role, Sampler, SamplerKind, StreamKey};
@@ -21,38 +25,86 @@ struct Estimates {
     square: f64,
 }
 
-/// Every integral by every sampler, samplers in turn. After an early end, with the checkpoints that are complete.
+stored!(Estimates { mean, square });
+
+/// A sampler's estimates at one number of samples.
+struct Measured {
+    /// Samples of a replicate.
+    samples: u32,
+    /// Mean wall time of a replicate \[s\].
+    seconds: f64,
+    /// `[replicate][integral]`.
+    replicates: Vec<Vec<Estimates>>,
+}
+
+stored!(Measured { samples, seconds, replicates });
+
+/// Every integral by every sampler, samplers in turn. What an earlier run has measured is taken up; after an early end, what is
+/// complete.
+///
+/// # Errors
+/// If a state cannot be read or written.
 pub fn measure(
     samplers: &[SamplerKind],
     settings: &Convergence,
     seed: u64,
+    states: &mut States,
     progress: &mut Progress,
     stop: &Stop,
-) -> Vec<IntegralResult> {
+) -> Result<Vec<IntegralResult>, Error> {
     let integrals = Integral::all();
     let mut results = Vec::new();
     for &sampler in samplers {
         let mut of_sampler: Vec<IntegralResult> = integrals.iter().map(|&i| blank(i, sampler)).collect();
-        for &samples in &settings.checkpoints {
-            if stop.signal().is_some() {
-                break;
-            }
-            progress.say(format!("integrals, {sampler} at {samples} samples"));
-            let start = Instant::now();
-            let replicates: Vec<Vec<Estimates>> = progress.during(work(settings, samples), |_| {
-                let replicate = |r| replicate(&integrals, sampler, settings, samples, seed, r);
-                (0..settings.replicates).into_par_iter().map(replicate).collect()
-            });
-            let seconds = start.elapsed().as_secs_f64() / f64::from(settings.replicates);
+        for measured in checkpoints(&integrals, sampler, settings, seed, states, progress, stop)? {
             for (i, result) in of_sampler.iter_mut().enumerate() {
-                let estimates: Vec<Estimates> = replicates.iter().map(|replicate| replicate[i]).collect();
-                push(result, samples, seconds, &estimates);
+                let estimates: Vec<Estimates> = measured.replicates.iter().map(|replicate| replicate[i]).collect();
+                push(result, measured.samples, measured.seconds, &estimates);
             }
         }
         of_sampler.iter_mut().for_each(|result| result.slope = fit(&result.points.iter().collect::<Vec<_>>()));
         results.extend(of_sampler);
     }
-    results
+    Ok(results)
+}
+
+/// The checkpoints of one sampler.
+fn checkpoints(
+    integrals: &[Integral],
+    sampler: SamplerKind,
+    settings: &Convergence,
+    seed: u64,
+    states: &mut States,
+    progress: &mut Progress,
+    stop: &Stop,
+) -> Result<Vec<Measured>, Error> {
+    let unit = Unit::new(&format!("integrals-{sampler}"), &format!("{seed} {settings:?}"));
+    let mut measured: Vec<Measured> = states.load(&unit, Stored::read)?.unwrap_or_default();
+    let mut saved = measured.len();
+    for &samples in &settings.checkpoints[..saved] {
+        progress.skip(work(settings, samples));
+    }
+    for &samples in &settings.checkpoints[saved..] {
+        if stop.signal().is_some() {
+            break;
+        }
+        progress.say(format!("integrals, {sampler} at {samples} samples"));
+        let start = Instant::now();
+        let replicates = progress.during(work(settings, samples), |_| {
+            let replicate = |r| replicate(integrals, sampler, settings, samples, seed, r);
+            (0..settings.replicates).into_par_iter().map(replicate).collect()
+        });
+        let seconds = start.elapsed().as_secs_f64();
+        measured.push(Measured { samples, seconds: seconds / f64::from(settings.replicates), replicates });
+        if states.due(seconds) {
+            saved = measured.len();
+            states.save(&unit, saved as u32, |to| measured.write(to))?;
+        }
+    }
+    if saved < measured.len() {
+        states.save(&unit, measured.len() as u32, |to| measured.write(to))?;
+    }
+    Ok(measured)
 }
 
 /// Samples of all pixels of all replicates.
@@ -114,7 +166,11 @@ mod tests {
 
     fn measured(samplers: &[SamplerKind]) -> Vec<IntegralResult> {
         let settings = Convergence { size: [4, 4], checkpoints: vec![4, 16, 64], replicates: 32 };
-        measure(samplers, &settings, 1, &mut Progress::new(1.0, Verbosity::Quiet), &Stop::never())
+        let folder = tempfile::tempdir().unwrap();
+        let mut states = States::open(folder.path(), None);
+        states.create().unwrap();
+        let mut progress = Progress::new(1.0, Verbosity::Quiet);
+        measure(samplers, &settings, 1, &mut states, &mut progress, &Stop::never()).unwrap()
     }
 
     /// 63 means of each of six samplers: the smallest p-value is below 10⁻⁶ by chance in one run of 2600.

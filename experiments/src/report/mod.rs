@@ -76,7 +76,7 @@ mod tests {
     use crate::export::testing::measurement;
     use crate::fireflies::FireflyRecord;
     use crate::result::{
-        AgreementRow, Checkpoint, Machine, Manifest, MethodRecord, RatioRow, SceneRecord, SlopeRow, Verdict,
+        AgreementRow, Checkpoint, Machine, Manifest, MethodRecord, Program, RatioRow, SceneRecord, SlopeRow, Verdict,
     };
     use integrators::Layer;
     use sampling::sampler::SamplerKind;
@@ -153,16 +153,19 @@ mod tests {
             method: name.to_owned(),
             settings: serde_json::json!(name),
             sampler: SamplerKind::Sobol,
+            instance: name.to_owned(),
         };
         let machine =
             Machine { platform: name.to_owned(), cpu: name.to_owned(), threads: 2, kernels: "portable".to_owned() };
         let manifest = Manifest {
             neumann: "0.1.0".to_owned(),
+            program: Program::default(),
             command_line: vec![name.to_owned()],
             experiment: experiment.clone(),
             key: name.to_owned(),
             scenes: vec![scene],
             methods: vec![record],
+            renders: Vec::new(),
             machine,
             started: "2026-01-31T12:00:00Z".to_owned(),
             ended: "2026-01-31T12:01:00Z".to_owned(),
