@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 const PARTS: usize = 4;
 /// The exponents that have bins of their own: from 2⁻⁹⁶ to 2⁹⁶. What is smaller or larger goes to the first or last of them.
 const LEAST: i32 = -96;
-/// See [`LEAST`].
+/// How many of them.
 const OCTAVES: usize = 192;
 /// Bits of a mantissa that say which part of an octave a value is in.
 const PART_BITS: u32 = PARTS.trailing_zeros();
@@ -64,7 +64,7 @@ pub enum Variance {
 const UPPER: f64 = 0.01;
 /// The number of values in it from which on anything is said.
 const ENOUGH: u64 = 50;
-/// How many standard errors the index must be below 2: exceeded by chance with probability 10⁻³.
+/// The quantile of the normal distribution that is exceeded with the probability of a false alarm, 10⁻³.
 const SURE: f64 = 3.09;
 
 impl Default for Tail {
@@ -169,7 +169,9 @@ impl Tail {
         best
     }
 
-    /// Whether the variance looks infinite: α is below 2 by more than 3.09 standard errors.
+    /// Whether the variance looks infinite: α is below 2, and would be with a probability of at most 10⁻³ if it were 2.
+    ///
+    /// For an exact power, `k α/α̂` is a sum of k exponential values; its quantile is that of `[WilsonHilferty31]`.
     ///
     /// False alarms: where `P(X > x)` is exactly a power of index α ≥ 2 beyond the tail's start, at most 10⁻³, and fewer the larger α
     /// is; where the tail falls faster than any power, as that of exponential values, none to speak of. A lognormal tail looks like a power
@@ -178,8 +180,11 @@ impl Tail {
     pub fn variance(&self) -> Variance {
         match self.index() {
             None => Variance::Unknown,
-            Some((alpha, k)) if alpha * (1.0 + SURE / (k as f64).sqrt()) < 2.0 => Variance::Infinite,
-            Some(_) => Variance::Finite,
+            Some((alpha, k)) => {
+                let k = k as f64;
+                let most = (1.0 - 1.0 / (9.0 * k) + SURE / (3.0 * k.sqrt())).powi(3);
+                if alpha * most < 2.0 { Variance::Infinite } else { Variance::Finite }
+            }
         }
     }
 }
