@@ -233,18 +233,18 @@ struct StoredTail(Tail);
 
 impl Stored for StoredTail {
     fn write(&self, to: &mut dyn Write) -> io::Result<()> {
-        let (counts, squares): (Vec<u64>, Vec<f64>) = self.0.bins().unzip();
         self.0.count.write(to)?;
         self.0.sums.write(to)?;
-        counts.write(to)?;
-        squares.write(to)
+        self.0.bins().map(|(i, ..)| i).collect::<Vec<usize>>().write(to)?;
+        self.0.bins().map(|(_, count, _)| count).collect::<Vec<u64>>().write(to)?;
+        self.0.bins().map(|(.., square)| square).collect::<Vec<f64>>().write(to)
     }
 
     fn read(from: &mut dyn Read) -> io::Result<Self> {
         let (count, sums) = (u64::read(from)?, <[f64; 4]>::read(from)?);
-        let (counts, squares) = (<Vec<u64>>::read(from)?, <Vec<f64>>::read(from)?);
-        let tail = Tail::of(count, sums, counts.into_iter().zip(squares));
-        tail.map(Self).ok_or_else(|| damaged("a histogram of other bins"))
+        let (places, counts, squares) = (<Vec<usize>>::read(from)?, <Vec<u64>>::read(from)?, <Vec<f64>>::read(from)?);
+        let bins = places.into_iter().zip(counts).zip(squares).map(|((i, count), square)| (i, count, square));
+        Tail::of(count, sums, bins).map(Self).ok_or_else(|| damaged("a histogram of other bins"))
     }
 }
 

@@ -143,6 +143,8 @@
 //! - `[Welford62]` B. P. Welford: *Note on a method for calculating corrected sums of squares and products*,
 //!   Technometrics 4(3), 1962.
 //! - `[Wald07]` I. Wald: *On fast construction of SAH-based bounding volume hierarchies*, IEEE Symposium on Interactive Ray Tracing, 2007.
+//! - `[WilsonHilferty31]` E. B. Wilson, M. M. Hilferty: *The distribution of chi-square*, Proceedings of the National Academy of
+//!   Sciences 17, 1931.
 //! - `[Woop13]` S. Woop, C. Benthin, I. Wald: *Watertight ray/triangle intersection*, JCGT 2(1), 2013.
 
 pub mod alias;

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 const PARTS: usize = 4;
 /// The exponents that have bins of their own: from 2⁻⁹⁶ to 2⁹⁶. What is smaller or larger goes to the first or last of them.
 const LEAST: i32 = -96;
-/// See [`LEAST`].
+/// How many of them.
 const OCTAVES: usize = 192;
 /// Bits of a mantissa that say which part of an octave a value is in.
 const PART_BITS: u32 = PARTS.trailing_zeros();
@@ -66,7 +66,7 @@ const UPPER: f64 = 0.01;
 const FAR: f64 = 1e-4;
 /// The number of values in it from which on anything is said.
 const ENOUGH: u64 = 50;
-/// How many standard errors the index must be below 2: exceeded by chance with probability 10⁻³.
+/// The quantile of the normal distribution that is exceeded with the probability of a false alarm, 10⁻³.
 const SURE: f64 = 3.09;
 
 impl Default for Tail {
@@ -76,15 +76,22 @@ impl Default for Tail {
 }
 
 impl Tail {
-    /// The count and Σ x² of every bin, to be kept; none before the first value that is not zero.
-    pub fn bins(&self) -> impl Iterator<Item = (u64, f64)> {
-        self.bins.iter().map(|bin| (bin.count, bin.square))
+    /// The number, count and Σ x² of every bin that holds anything, to be kept.
+    pub fn bins(&self) -> impl Iterator<Item = (usize, u64, f64)> {
+        let full = self.bins.iter().enumerate().filter(|(_, bin)| bin.count > 0);
+        full.map(|(i, bin)| (i, bin.count, bin.square))
     }
 
-    /// The tail of which these were kept; `None` if there are too few bins or too many.
-    pub fn of(count: u64, sums: [f64; 4], bins: impl Iterator<Item = (u64, f64)>) -> Option<Self> {
-        let bins: Vec<Bin> = bins.map(|(count, square)| Bin { count, square }).collect();
-        (bins.is_empty() || bins.len() == OCTAVES * PARTS).then_some(Self { count, sums, bins })
+    /// The tail of which these were kept; `None` if there is no such bin.
+    pub fn of(count: u64, sums: [f64; 4], bins: impl Iterator<Item = (usize, u64, f64)>) -> Option<Self> {
+        let mut tail = Self { count, sums, bins: Vec::new() };
+        for (i, count, square) in bins {
+            if tail.bins.is_empty() {
+                tail.bins = vec![Bin::default(); OCTAVES * PARTS];
+            }
+            *tail.bins.get_mut(i)? = Bin { count, square };
+        }
+        Some(tail)
     }
 
     /// Adds one magnitude x ≥ 0.
@@ -190,8 +197,10 @@ impl Tail {
         self.indices().find(|&(_, chosen)| chosen as f64 >= far).map(|(index, _)| index)
     }
 
-    /// Whether the variance looks infinite: α is below 2 by more than 3.09 standard errors, and the far end of the tail, where values that
-    /// fall slowly over a wide range may still have a bound, does not contradict it.
+    /// Whether the variance looks infinite: α is below 2, and would be with a probability of at most 10⁻³ if it were 2; and the far
+    /// end of the tail, where values that fall slowly over a wide range may still have a bound, does not contradict it.
+    ///
+    /// For an exact power, `k α/α̂` is a sum of k exponential values; its quantile is that of `[WilsonHilferty31]`.
     ///
     /// False alarms: where `P(X > x)` is exactly a power of index α ≥ 2 beyond the tail's start, at most 10⁻³, and fewer the larger α
     /// is; where the tail falls faster than any power, as that of exponential values, none to speak of. A lognormal tail looks like a power
@@ -200,10 +209,12 @@ impl Tail {
     pub fn variance(&self) -> Variance {
         match self.index() {
             None => Variance::Unknown,
-            Some((alpha, k)) if alpha * (1.0 + SURE / (k as f64).sqrt()) < 2.0 && self.far_index() < Some(2.0) => {
-                Variance::Infinite
+            Some((alpha, k)) => {
+                let k = k as f64;
+                let most = (1.0 - 1.0 / (9.0 * k) + SURE / (3.0 * k.sqrt())).powi(3);
+                let bounded = self.far_index() >= Some(2.0);
+                if alpha * most < 2.0 && !bounded { Variance::Infinite } else { Variance::Finite }
             }
-            Some(_) => Variance::Finite,
         }
     }
 }

@@ -1,6 +1,5 @@
 //! The same in a real scene: the integrating sphere in 4×4 pixels, by `path` and `bdpt`, every order known.
 
-use super::synthetic::Chance;
 use super::{REPLICATES, Table, experiments};
 use crate::support::{GAUSS, builtin, exact, grey, method};
 use integrators::method::Pixel;
@@ -12,7 +11,7 @@ use neumann::statistics::errors::{Errors, Reference};
 use neumann::statistics::multiple::sidak_level;
 use neumann::statistics::slopes::{Point, slope};
 use neumann::statistics::welch::{POWER, Sample, Welch, detectable, rounding, welch};
-use neumann::statistics::{Estimate, positive, uniformity};
+use neumann::statistics::{Estimate, uniformity};
 use rayon::prelude::*;
 use sampling::moments::Moments;
 use sampling::sampler::{Role, Sampler, SamplerKind};
@@ -67,8 +66,6 @@ fn render<'a>(scene: &'a Scene, method: &'a dyn Integrator, samples: u32, seed: 
 struct Run {
     errors: Vec<Vec<neumann::statistics::errors::LayerErrors>>,
     squares: Vec<Vec<Vec<f64>>>,
-    /// Of a replicate at the first checkpoint. They are made up, with a mean of 1: those of a clock have no truth.
-    seconds: Vec<f64>,
     /// By layer, the sum last: image means.
     means: Vec<Moments>,
 }
@@ -97,9 +94,7 @@ fn run(scene: &Scene, method: &dyn Integrator, reference: Reference, seed: u64) 
         }
         squares.push((0..LAST + 2).map(|layer| of.recursive_squares(layer).to_vec()).collect());
     }
-    let mut chance = Chance::new(seed as usize, 0x5ce);
-    let seconds = (1..MOST).map(|_| 1.0 + 0.1 * chance.normal()).collect();
-    Run { errors, squares, seconds, means }
+    Run { errors, squares, means }
 }
 
 /// The variances are those of all seeds together: a hundredth as uncertain as the intervals.
@@ -139,8 +134,6 @@ fn intervals_cover_the_truth_of_the_integrating_sphere() {
                     };
                     let slope: Estimate = slope(&[point(0), point(1), point(2)], 1).unwrap();
                     table.add("slope, samples", &name, slope, -1.0);
-                    let efficiency = positive::efficiency(point(0).squares, &run.seconds[..replicates - 1], 2);
-                    table.add("efficiency", &name, efficiency, 1.0 / variance);
                 }
             }
         }

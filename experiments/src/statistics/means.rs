@@ -63,12 +63,12 @@ pub fn skewed_reach(values: &[f64], salt: u64) -> (f64, f64) {
 }
 
 /// The wider of Student's quantile and the bootstrap's. The latter has no bound: a resample in which nearly all values are one and the
-/// same has a ratio as large as may be. So it counts up to [`MOST`] times the former.
+/// same has a ratio as large as may be. So it counts up to twice the former.
 pub fn wider(t: f64, bootstrap: f64) -> f64 {
     t.max(bootstrap.min(MOST * t))
 }
 
-/// See [`wider`].
+/// How often Student's quantile the bootstrap's may be.
 const MOST: f64 = 2.0;
 
 /// The middle 95 % of `(x̄* − x̄)/(s*/√n)` over resamples. One in which all values are the same has no such number and is left out.
