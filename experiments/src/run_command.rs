@@ -117,7 +117,7 @@ fn changed(experiment: Experiment, args: &RunArgs) -> Result<Experiment, Error> 
 }
 
 /// What to do after an end before the end.
-const GO_ON: &str = "the same command goes on from there";
+const GO_ON: &str = "the same command, without --fresh, goes on from there";
 
 /// The manifest of an earlier run of the same configuration in this folder, which this run replaces.
 fn former_results(path: &Path, plan: &Plan, args: &RunArgs) -> Result<Option<Manifest>, Error> {
@@ -136,24 +136,24 @@ fn former_results(path: &Path, plan: &Plan, args: &RunArgs) -> Result<Option<Man
         )));
     }
     if !args.fresh {
-        // An unfinished run was allowed to replace the results.
-        check_former(path, begun.as_ref().or(former.as_ref()), plan)?;
+        check_former(path, begun.as_ref(), former.as_ref(), plan)?;
     }
     Ok(former)
 }
 
 /// Refuses to replace results of another configuration, and complete ones of more replicates.
-fn check_former(path: &Path, former: Option<&Manifest>, plan: &Plan) -> Result<(), Error> {
-    let Some(former) = former else { return Ok(()) };
+fn check_former(path: &Path, begun: Option<&Manifest>, former: Option<&Manifest>, plan: &Plan) -> Result<(), Error> {
     let folder = path.display();
-    if let Some(difference) = manifest::difference(former, plan) {
+    // An unfinished run was allowed to replace the results before it.
+    if let Some(difference) = begun.or(former).and_then(|last| manifest::difference(last, plan)) {
         return Err(Error::usage(format!(
             "{folder} holds results of another configuration ({difference}); give another folder with --out, or replace them \
              with --fresh"
         )));
     }
-    let (there, asked) = (former.experiment.replicates, plan.experiment.replicates);
-    if former.complete && there > asked {
+    let same = former.filter(|f| f.complete && manifest::difference(f, plan).is_none());
+    let (there, asked) = (same.map_or(0, |f| f.experiment.replicates), plan.experiment.replicates);
+    if there > asked {
         return Err(Error::usage(format!(
             "{folder} holds {there} replicates, more than the {asked} asked for; ask for at least {there}, give another folder \
              with --out, or replace them with --fresh"

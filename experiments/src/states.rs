@@ -9,7 +9,7 @@
 //! | 16 | `neumann state 1` and a line feed; 1 is the format |
 //! | 32 | the key |
 //! | 4 | complete replicates, little-endian as all that follows |
-//! | … | what [`Stored`](integrators::state::Stored) writes of the unit |
+//! | … | what [`Stored`] writes of the unit |
 //! | 32 | BLAKE3 of all the bytes before |
 //!
 //! A file is written beside its place, flushed to the disk and renamed, so that whatever ends the program leaves the old or the new
@@ -44,7 +44,7 @@ const HASH: usize = blake3::OUT_LEN;
 /// Bytes that are hashed, read and written at once.
 const BUFFER: usize = 1 << 20;
 const MEND: &str =
-    "make room there, or let it be written; then run the same command again, which goes on from the last state";
+    "make room there, or let it be written; the same command, without --fresh, then goes on from the last state";
 
 /// What a state is of: its file's name, and the hash of all that its numbers follow from.
 #[derive(Clone, Debug, PartialEq, Eq)]
