@@ -22,6 +22,7 @@ mod orders;
 mod parts;
 mod real_scenes;
 mod refraction;
+mod relief;
 mod roulette;
 mod samplers;
 mod scattering;
