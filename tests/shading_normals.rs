@@ -45,7 +45,7 @@ pub fn coarse_sphere(builder: &mut SceneBuilder, centre: DVec3, radius: f64, mat
 }
 
 /// Compares all methods in a room to which a lamp is added.
-pub fn agree_under_a_lamp(title: &str, mut builder: SceneBuilder) {
+fn agree_under_a_lamp(title: &str, mut builder: SceneBuilder) {
     let black = builder.material(lambert(0.0));
     let lamp = builder.quad(dvec3(-0.4, 0.95, -0.4), DVec3::X * 0.8, DVec3::Z * 0.8, black);
     builder.emit(lamp, shining(3.0));
