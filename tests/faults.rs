@@ -31,7 +31,7 @@ const FAULTS: &[(&str, &str)] = &[
     ("parallel_rays_taken_for_diverging", "mis_weights::weights_sum_to_one_under_every_camera"),
     ("importance_with_cos_cubed", "splats::border_pixels_get_their_share"),
     ("adjoint_factor_missing", "shading_normals::coarse_spheres_with_smooth_normals"),
-    ("adjoint_factor_missing", "shading_normals::strong_relief_over_smooth_normals"),
+    ("adjoint_factor_missing", "relief::methods_agree_on_strong_relief"),
     ("next_event_cosine_dropped", "irradiance::polygon"),
     ("order_off_by_one", "orders::furnace"),
     ("emission_counted_twice", "orders::furnace"),

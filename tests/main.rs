@@ -23,6 +23,7 @@ mod orders;
 mod parts;
 mod real_scenes;
 mod refraction;
+mod relief;
 mod replay;
 mod roulette;
 mod samplers;

@@ -4,7 +4,7 @@
 //! from its vertices alone, and weighed by the same code as if that strategy had made it. No randomness is left by then, so
 //! the tolerance is that of `f32` densities.
 
-use crate::support::{PathDensities, builtin, lambert, room, shining, sky};
+use crate::support::{PathDensities, builtin, bumps, in_relief, lambert, room, shining, sky};
 use glam::{DVec3, dvec2, dvec3};
 use integrators::bdpt::Bdpt;
 use integrators::connect::{EmitterEnd, Strategies};
@@ -13,14 +13,15 @@ use integrators::roulette::SubpathRoulette;
 use integrators::scratch::Scratch;
 use integrators::vertex::{PathVertex, Site, density_at};
 use integrators::{Contribution, Estimator, Orders, Request, Sink, Technique, Wants};
-use sampling::bsdf::{Bsdf, TransportMode, fresnel_dielectric};
+use sampling::bsdf::{Bsdf, RoughConductor, RoughDielectric, TransportMode, fresnel_dielectric};
 use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
 use sampling::sampler::{Purpose, Role, Sampler, SamplerKind, StreamKey};
-use sampling::{Vec2, Vec3};
+use sampling::{Vec2, Vec3, vec3};
+use scenes::interaction::Normals;
 use scenes::{
-    CameraSettings, EmitterId, Endpoint, Falloff, Interaction, Mapping, Projection, Rays, Scene, SceneBuilder, Skip,
-    Spot,
+    CameraSettings, EmitterId, Endpoint, Falloff, Interaction, Mapping, Projection, Rays, Remedies, Scene,
+    SceneBuilder, Skip, Spot, Tilt,
 };
 use std::num::NonZeroU16;
 
@@ -111,7 +112,7 @@ impl<'a> Whole<'a> {
         let vertex = &self.vertices[i];
         let Site::Surface(hit) = &vertex.site else { panic!("vertex {i} scatters") };
         let (wo, wi) = (self.direction(i, from), self.direction(i, to));
-        let pdf = if vertex.delta { delta_density(hit, wo, wi) } else { hit.pdf(wo, wi, mode) };
+        let pdf = if vertex.delta { delta_density(hit, wo, wi, mode) } else { hit.pdf(wo, wi, mode) };
         pdf * self.strategies.camera.survival(hit)
     }
 
@@ -213,9 +214,10 @@ impl<'a> Whole<'a> {
 }
 
 /// A delta lobe's density in the measure that scattering preserves, from the equations alone.
-fn delta_density(hit: &Interaction, wo: Vec3, wi: Vec3) -> f32 {
-    let (cos_o, cos_i) = (wo.dot(hit.ns()), wi.dot(hit.ns()));
-    match hit.bsdf {
+fn delta_density(hit: &Interaction, wo: Vec3, wi: Vec3, mode: TransportMode) -> f32 {
+    let (normal, probability) = face(hit, wo, wi, mode);
+    let (cos_o, cos_i) = (wo.dot(normal), wi.dot(normal));
+    let density = match hit.bsdf {
         Bsdf::Mirror(_) => cos_i.abs(),
         Bsdf::Dielectric(glass) => {
             let eta = if cos_o > 0.0 { glass.eta } else { 1.0 / glass.eta };
@@ -223,7 +225,27 @@ fn delta_density(hit: &Interaction, wo: Vec3, wi: Vec3) -> f32 {
             if cos_o * cos_i > 0.0 { reflected * cos_i.abs() } else { (1.0 - reflected) * eta * eta * cos_i.abs() }
         }
         other => panic!("{} has no delta lobe", other.name()),
-    }
+    };
+    density * probability
+}
+
+/// The normal that light scatters about, and the probability with which a walk in this mode takes it.
+fn face(hit: &Interaction, wo: Vec3, wi: Vec3, mode: TransportMode) -> (Vec3, f32) {
+    let Normals::Tilted(Tilt { normal, remedies }) = hit.normals else { return (hit.ns(), 1.0) };
+    let mapped = hit.frame.to_world(normal);
+    let turned = hit.frame.to_world(vec3(-normal.x, -normal.y, normal.z));
+    let level = |w: Vec3, n: Vec3| w.dot(n) * w.dot(hit.ns()) > 0.0;
+    let viewer = if mode == TransportMode::Radiance { wo } else { wi };
+    let is_mapped = !remedies.turning || level(viewer, mapped);
+    let share = match (level(wo, mapped), level(wo, turned)) {
+        _ if mode == TransportMode::Radiance || !remedies.turning => 1.0,
+        (true, true) => {
+            let [one, two] = [1.0 + normal.z, (1.0 - normal.z) * (1.0 + 2.0 * normal.z)];
+            (if is_mapped { one } else { two }) / (one + two)
+        }
+        _ => 1.0,
+    };
+    (if is_mapped { mapped } else { turned }, share)
 }
 
 fn check(scene: &Scene, settings: &Bdpt, samples: u32) {
@@ -318,6 +340,35 @@ fn rooms() -> Vec<Scene> {
 #[test]
 fn weights_sum_to_one_whatever_emits() {
     for scene in rooms() {
+        for mis in [Heuristic::Balance, Heuristic::POWER] {
+            for emitter_to_camera in [false, true] {
+                check(&scene, &Bdpt { mis, emitter_to_camera, ..Bdpt::default() }, 6);
+            }
+        }
+    }
+}
+
+/// About normals that are tilted far, by what is smooth and what is rough, reflects and transmits.
+#[test]
+fn weights_sum_to_one_in_relief() {
+    for remedies in Remedies::ALL {
+        let mut builder = room(&format!("relief, {}", remedies.name()));
+        let glass = Bsdf::from(sampling::bsdf::Dielectric { eta: 1.5 });
+        let mirror = Bsdf::from(sampling::bsdf::Mirror { reflectance: Spectrum::splat(0.9) });
+        let metal = Bsdf::from(RoughConductor::from_reflectance(Spectrum::splat(0.9), 0.4, 0.2));
+        let milk = Bsdf::from(RoughDielectric::new(1.3, 0.5, 0.5));
+        let balls = [(glass, -0.6, 0.2), (mirror, 0.55, -0.1), (metal, 0.0, 0.5), (milk, 0.0, -0.4)];
+        for (seed, (bsdf, x, z)) in balls.into_iter().enumerate() {
+            let material = builder.material(in_relief(bsdf, bumps(0.3, 0.2, seed as u64), remedies));
+            builder.sphere(dvec3(x, -0.65, z), 0.3, material);
+        }
+        let floor = builder.material(in_relief(lambert(0.8), bumps(0.3, 0.3, 7), remedies));
+        builder.quad(dvec3(-1.0, -0.98, 1.0), DVec3::X * 2.0, DVec3::Z * -2.0, floor);
+        let black = builder.material(lambert(0.0));
+        let lamp = builder.quad(dvec3(-0.4, 0.9, -0.4), DVec3::X * 0.8, DVec3::Z * 0.8, black);
+        builder.emit(lamp, shining(5.0));
+        let mut scene = builder.build(Skip::Unneeded).unwrap();
+        scene.camera.set_size(8, 8);
         for mis in [Heuristic::Balance, Heuristic::POWER] {
             for emitter_to_camera in [false, true] {
                 check(&scene, &Bdpt { mis, emitter_to_camera, ..Bdpt::default() }, 6);

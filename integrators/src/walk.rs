@@ -4,7 +4,7 @@ use crate::measurement::Counters;
 use crate::roulette::SubpathRoulette;
 use crate::vertex::PathVertex;
 use sampling::Vec3;
-use sampling::bsdf::{Lobes, TransportMode};
+use sampling::bsdf::TransportMode;
 use sampling::fault;
 use sampling::math::Spectrum;
 use sampling::sampler::{Purpose, Sampler, Subpath};
@@ -154,15 +154,7 @@ fn scatter(
     }
     let delta = fault!("delta_taken_for_connectable", sample.lobe.is_delta(), false);
     let (pdf_fwd, pdf_rev) = if delta {
-        // A delta lobe's density is its pmf in units of a Dirac in the measure that scattering preserves, in which the two
-        // directions' densities are the same number [Veach97, §5.2]: solid angle where it reflects, about whatever normal;
-        // projected solid angle times η² where it refracts.
-        if sample.lobe.intersects(Lobes::TRANSMISSION) {
-            let cos = |w: Vec3| w.dot(hit.ns()).abs();
-            (sample.pdf * sample.eta * sample.eta * cos(sample.wi), sample.pdf * cos(vertex.wo))
-        } else {
-            (sample.pdf, sample.pdf)
-        }
+        hit.delta_densities(vertex.wo, &sample, rules.mode())
     } else {
         (sample.pdf, hit.pdf(sample.wi, vertex.wo, rules.mode().reversed()))
     };

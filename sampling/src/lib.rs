@@ -27,8 +27,7 @@
 //! 7. [`mis`]: the heuristics that combine sampling techniques.
 //! 8. [`moments`]: mergeable means, variances and covariances; [`tail`]: how heavy a tail is.
 //! 9. [`bsdf`]: the scattering models, one file a model, and the list of them.
-//! 10. [`tilted`]: a model about a normal that a map has tilted.
-//! 11. [`subsurface`]: what light does that enters a body and leaves it elsewhere.
+//! 10. [`subsurface`]: what light does that enters a body and leaves it elsewhere.
 //!
 //! # Sources
 //!
@@ -55,6 +54,8 @@
 //! - `[Clarberg08]` P. Clarberg: *Fast equal-area mapping of the (hemi)sphere using SIMD*, Journal of Graphics Tools 13(3), 2008.
 //! - `[Conty18]` A. Conty Estevez, C. Kulla: *Importance sampling of many lights with adaptive tree splitting*, Proceedings of the
 //!   ACM on Computer Graphics and Interactive Techniques 1(2), 2018.
+//! - `[Conty19]` A. Conty Estevez, P. Lecocq, C. Stein: *A microfacet-based shadowing function to solve the bump terminator
+//!   problem*, Ray Tracing Gems, chapter 12, 2019.
 //! - `[Cook82]` R. L. Cook, K. E. Torrance: *A reflectance model for computer graphics*, ACM Transactions on Graphics 1(1),
 //!   1982.
 //! - `[Duff17]` T. Duff et al.: *Building an orthonormal basis, revisited*, JCGT 6(1), 2017.
@@ -117,8 +118,6 @@
 //! - `[Rakic98]` A. D. Rakić et al.: *Optical properties of metallic films for vertical-cavity optoelectronic devices*,
 //!   Applied Optics 37, 1998.
 //! - `[Rusinkiewicz98]` S. M. Rusinkiewicz: *A new change of variables for efficient BRDF representation*, EGSR 1998.
-//! - `[Schussler17]` V. Schüßler, E. Heitz, J. Hanika, C. Dachsbacher: *Microfacet-based normal mapping for robust Monte Carlo path
-//!   tracing*, ACM Transactions on Graphics 36(6), 2017.
 //! - `[Shirley97]` P. Shirley, K. Chiu: *A low distortion map between disk and square*, JGT 2(3), 1997.
 //! - `[Smith67]` B. G. Smith: *Geometrical shadowing of a random rough surface*, IEEE Transactions on Antennas and Propagation
 //!   15(5), 1967.
@@ -160,7 +159,6 @@ pub mod rng;
 pub mod sampler;
 pub mod subsurface;
 pub mod tail;
-pub mod tilted;
 pub mod warp;
 
 pub use glam::{Vec2, Vec3, vec2, vec3};

@@ -3,17 +3,17 @@
 use crate::emitter::EmitterId;
 use crate::ray::SurfacePoint;
 use crate::surface::SurfaceId;
+use crate::tilt::{Face, Tilt, same_side};
 use sampling::bsdf::{Bsdf, BsdfSample, Lobes, TransportMode};
 use sampling::fault;
 use sampling::math::{Frame, Spectrum};
-use sampling::tilted::Tilted;
 use sampling::{Vec2, Vec3};
 
 /// A point on a surface, with its frame and its BSDF resolved. Directions are in world space and point away from it.
 ///
 /// The geometric normal is the surface's own front; it is never turned towards `wo`. Which side a direction is on is decided
-/// by the geometric normal; where the shading normal disagrees, nothing scatters, so that light neither leaks through a
-/// surface nor reflects off its back \[Veach97, 5.3\].
+/// by the geometric normal; where the normal that light scatters about disagrees, nothing scatters, so that light neither leaks
+/// through a surface nor reflects off its back \[Veach97, 5.3\].
 #[derive(Clone, Copy, Debug)]
 pub struct Interaction {
     /// Where it is, and how rays leave it.
@@ -42,17 +42,24 @@ pub enum Normals {
     Flat,
     /// The shading normal does.
     Smooth,
-    /// A map has tilted the normal of what reflects only.
-    Tilted {
-        /// The tilted normal, unit, in the shading frame; its z is positive.
-        normal: Vec3,
-        /// Whether the shading normal differs from the geometric one as well.
-        smooth: bool,
-    },
+    /// A map tilts them against the shading normal, whether or not that differs as well.
+    Tilted(Tilt),
+}
+
+/// Two directions as the normal has them that light scatters about.
+struct Passage {
+    wo: Vec3,
+    wi: Vec3,
+    /// What the model's value is multiplied by.
+    factor: f32,
+    /// The probability with which a walk from `wo` is scattered about that normal.
+    probability: f32,
+    /// Which of the normals of a tilt that is.
+    face: Face,
 }
 
 impl Interaction {
-    /// The shading normal, to which cosines are taken; where a map has tilted it, [`Tilted`] knows by how much.
+    /// The shading normal, to which cosines are taken; where a map has tilted it, the value of the BSDF makes up for the difference.
     #[inline]
     pub fn ns(&self) -> Vec3 {
         self.frame.z
@@ -73,12 +80,8 @@ impl Interaction {
     /// The part of [`eval`](Self::eval) that these lobes have.
     #[inline]
     pub fn eval_lobes(&self, wo: Vec3, wi: Vec3, lobes: Lobes, mode: TransportMode) -> Spectrum {
-        let (local_o, local_i) = (self.frame.to_local(wo), self.frame.to_local(wi));
-        match self.agreement(wo, wi, local_o, local_i, mode) {
-            Some(factor) => match self.tilted() {
-                None => self.bsdf.eval(local_o, local_i, lobes, mode) * factor,
-                Some(tilted) => tilted.eval(local_o, local_i, lobes, mode) * factor,
-            },
+        match self.passage(wo, wi, mode) {
+            Some(p) => self.bsdf.eval(p.wo, p.wi, lobes, mode) * p.factor,
             None => Spectrum::ZERO,
         }
     }
@@ -86,12 +89,8 @@ impl Interaction {
     /// Density \[1/sr\] of sampling `wi` given `wo`; delta lobes count as 0.
     #[inline]
     pub fn pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> f32 {
-        let (local_o, local_i) = (self.frame.to_local(wo), self.frame.to_local(wi));
-        match self.agreement(wo, wi, local_o, local_i, mode) {
-            Some(_) => match self.tilted() {
-                None => self.bsdf.pdf(local_o, local_i, mode),
-                Some(tilted) => tilted.pdf(local_o, local_i, mode),
-            },
+        match self.passage(wo, wi, mode) {
+            Some(p) => self.bsdf.pdf(p.wo, p.wi, mode) * p.probability,
             None => 0.0,
         }
     }
@@ -99,14 +98,10 @@ impl Interaction {
     /// `eval` and `pdf` in one call.
     #[inline]
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> (Spectrum, f32) {
-        let (local_o, local_i) = (self.frame.to_local(wo), self.frame.to_local(wi));
-        match self.agreement(wo, wi, local_o, local_i, mode) {
-            Some(factor) => {
-                let (value, pdf) = match self.tilted() {
-                    None => self.bsdf.eval_pdf(local_o, local_i, mode),
-                    Some(tilted) => tilted.eval_pdf(local_o, local_i, mode),
-                };
-                (value * factor, pdf)
+        match self.passage(wo, wi, mode) {
+            Some(p) => {
+                let (value, pdf) = self.bsdf.eval_pdf(p.wo, p.wi, mode);
+                (value * p.factor, pdf * p.probability)
             }
             None => (Spectrum::ZERO, 0.0),
         }
@@ -114,132 +109,136 @@ impl Interaction {
 
     /// Samples a direction `wi`, in world space; the weight includes the adjoint factor.
     ///
-    /// None if the model failed to sample or the two normals disagree about a side.
+    /// None if the model failed to sample or the normals disagree about a side.
     #[inline]
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
+        if let Normals::Tilted(tilt) = &self.normals {
+            return self.sample_tilted(tilt, wo, uc, u, mode);
+        }
         let local_o = self.frame.to_local(wo);
-        let mut sample = match self.tilted() {
-            None => self.bsdf.sample(local_o, uc, u, mode)?,
-            Some(tilted) => tilted.sample(local_o, uc, u, mode)?,
-        };
+        let mut sample = self.bsdf.sample(local_o, uc, u, mode)?;
         let local_i = sample.wi;
         sample.wi = self.frame.to_world(local_i);
-        let factor = self.agreement(wo, sample.wi, local_o, local_i, mode)?;
-        sample.weight *= factor;
+        sample.weight *= self.untilted_factor(wo, sample.wi, local_o, local_i, mode)?;
         Some(sample)
     }
 
-    #[inline]
-    fn tilted(&self) -> Option<Tilted<'_>> {
-        match self.normals {
-            Normals::Flat | Normals::Smooth => None,
-            Normals::Tilted { normal, .. } => Some(Tilted::new(&self.bsdf, normal)),
-        }
-    }
-
-    /// None if the shading and the geometric normal disagree about the side of a direction; else the adjoint factor,
-    /// |wo·ns| |wi·ng| / (|wo·ng| |wi·ns|) where importance is carried \[Veach97, (5.19)\], 1 for radiance.
-    #[inline]
-    fn agreement(&self, wo: Vec3, wi: Vec3, local_o: Vec3, local_i: Vec3, mode: TransportMode) -> Option<f32> {
-        match self.normals {
-            Normals::Flat | Normals::Tilted { smooth: false, .. } => return Some(1.0),
-            Normals::Smooth | Normals::Tilted { smooth: true, .. } => {}
-        }
-        let (o_ng, i_ng) = (wo.dot(self.point.ng), wi.dot(self.point.ng));
-        if !same_side(o_ng, local_o.z) || !same_side(i_ng, local_i.z) {
+    #[inline(never)]
+    fn sample_tilted(&self, tilt: &Tilt, wo: Vec3, uc: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
+        let o = self.frame.to_local(wo);
+        let (face, uc) = tilt.choose(uc, o, mode);
+        let frame = tilt.frame(face);
+        let mut sample = self.bsdf.sample(frame.to_local(o), uc, u, mode)?;
+        let i = frame.to_world(sample.wi);
+        // The model's weight has the cosine to the tilted normal, and the factor is for that to the shading normal.
+        let cosines = (i.z / sample.wi.z).abs();
+        sample.wi = self.frame.to_world(i);
+        let passage = self.tilted_passage(tilt, wo, sample.wi, mode)?;
+        if passage.face != face {
             return None;
         }
-        match mode {
-            TransportMode::Radiance => Some(1.0),
-            TransportMode::Importance => {
-                Some(fault!("adjoint_factor_missing", (local_o.z * i_ng / (o_ng * local_i.z)).abs(), 1.0))
-            }
+        sample.weight *= passage.factor * cosines / passage.probability;
+        sample.pdf *= passage.probability;
+        Some(sample)
+    }
+
+    /// The densities of a sample of a delta lobe, of `wi` from `wo` and back, in units of a Dirac in the measure that scattering
+    /// preserves.
+    ///
+    /// In that measure the two are the same number \[Veach97, 5.2\] but for the probabilities of choosing a tilted face, which only
+    /// walks from lights do. It is solid angle where it reflects, about whatever normal, and projected solid angle times η² where it
+    /// refracts.
+    #[inline]
+    pub fn delta_densities(&self, wo: Vec3, sample: &BsdfSample, mode: TransportMode) -> (f32, f32) {
+        let (mut forward, mut back) = (sample.pdf, sample.pdf);
+        let mut normal = self.ns();
+        if let Normals::Tilted(tilt) = &self.normals {
+            let [o, i] = [wo, sample.wi].map(|w| self.frame.to_local(w));
+            let face = tilt.seen_from(viewer_and_light(o, i, mode).0);
+            back *= tilt.probability(face, i, mode.reversed()) / tilt.probability(face, o, mode);
+            normal = self.frame.to_world(tilt.normal_of(face));
         }
+        if sample.lobe.intersects(Lobes::TRANSMISSION) {
+            forward *= sample.eta * sample.eta * sample.wi.dot(normal).abs();
+            back *= wo.dot(normal).abs();
+        }
+        (forward, back)
+    }
+
+    /// None if the normals disagree about the side of a direction.
+    #[inline]
+    fn passage(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> Option<Passage> {
+        if let Normals::Tilted(tilt) = &self.normals {
+            return self.tilted_passage(tilt, wo, wi, mode);
+        }
+        let (local_o, local_i) = (self.frame.to_local(wo), self.frame.to_local(wi));
+        let factor = self.untilted_factor(wo, wi, local_o, local_i, mode)?;
+        Some(Passage { wo: local_o, wi: local_i, factor, probability: 1.0, face: Face::Mapped })
+    }
+
+    /// What the model's value is multiplied by where no map tilts the normal: 1, or the adjoint factor.
+    #[inline]
+    fn untilted_factor(&self, wo: Vec3, wi: Vec3, local_o: Vec3, local_i: Vec3, mode: TransportMode) -> Option<f32> {
+        if self.normals == Normals::Flat {
+            return Some(1.0);
+        }
+        let geometric = self.geometric_cosines(wo, wi, local_o.z, local_i.z)?;
+        Some(match mode {
+            TransportMode::Radiance => 1.0,
+            TransportMode::Importance => {
+                fault!("adjoint_factor_missing", adjoint_factor(local_o.z, local_i.z, geometric), 1.0)
+            }
+        })
+    }
+
+    /// Radiance is scattered by f |wi·n′| S(wi), importance by the adjoint; what is returned is over |wi·ns|, which callers multiply
+    /// by.
+    #[inline(never)]
+    fn tilted_passage(&self, tilt: &Tilt, wo: Vec3, wi: Vec3, mode: TransportMode) -> Option<Passage> {
+        let [o, i] = [wo, wi].map(|w| self.frame.to_local(w));
+        let (viewer, light) = viewer_and_light(o, i, mode);
+        let face = tilt.seen_from(viewer);
+        let frame = tilt.frame(face);
+        let (about_o, about_i) = (frame.to_local(o), frame.to_local(i));
+        if !same_side(o.z, about_o.z) || !same_side(i.z, about_i.z) {
+            return None;
+        }
+        let geometric = self.geometric_cosines(wo, wi, about_o.z, about_i.z)?;
+        let of_radiance = (about_i.z / i.z).abs();
+        let cosines = match mode {
+            TransportMode::Radiance => of_radiance,
+            TransportMode::Importance => {
+                fault!("adjoint_factor_missing", adjoint_factor(about_o.z, i.z, geometric), of_radiance)
+            }
+        };
+        let (factor, probability) = (cosines * tilt.shadowing(light), tilt.probability(face, o, mode));
+        Some(Passage { wo: about_o, wi: about_i, factor, probability, face })
+    }
+
+    /// The cosines of `wo` and `wi` to the geometric normal; None if the normal that light scatters about, to which they are `cos_o`
+    /// and `cos_i`, disagrees about a side.
+    #[inline]
+    fn geometric_cosines(&self, wo: Vec3, wi: Vec3, cos_o: f32, cos_i: f32) -> Option<(f32, f32)> {
+        let (o, i) = (wo.dot(self.point.ng), wi.dot(self.point.ng));
+        (same_side(o, cos_o) && same_side(i, cos_i)).then_some((o, i))
     }
 }
 
-/// True if both cosines are positive or both negative; their product might underflow.
+/// What makes the adjoint of a kernel with |wi·n|, over dσ⊥ of the geometric normal: |wo·n| |wi·ng| / (|wo·ng| |wi·ns|), for the shading
+/// normal to which callers take the cosine \[Veach97, (5.19)\].
 #[inline]
-fn same_side(a: f32, b: f32) -> bool {
-    (a > 0.0 && b > 0.0) || (a < 0.0 && b < 0.0)
+fn adjoint_factor(cos_o: f32, cos_s: f32, (o_ng, i_ng): (f32, f32)) -> f32 {
+    (cos_o * i_ng / (o_ng * cos_s)).abs()
+}
+
+/// Which of two directions light goes to, and which it comes from.
+#[inline]
+fn viewer_and_light(o: Vec3, i: Vec3, mode: TransportMode) -> (Vec3, Vec3) {
+    match mode {
+        TransportMode::Radiance => (o, i),
+        TransportMode::Importance => (i, o),
+    }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::test_support::Random;
-    use sampling::bsdf::Lambert;
-    use sampling::vec3;
-
-    fn tilted(bsdf: Bsdf, ns: Vec3) -> Interaction {
-        Interaction {
-            point: SurfacePoint::on_surface(Vec3::ZERO, Vec3::Z, 0.0),
-            t: 1.0,
-            frame: Frame::from_z(ns.normalize()),
-            normals: Normals::Smooth,
-            bsdf,
-            emitter: None,
-            emitted: Spectrum::ZERO,
-            surface: SurfaceId(0),
-        }
-    }
-
-    #[test]
-    fn importance_is_adjoint_to_radiance_whatever_the_shading_normal() {
-        // f*(wo → wi) |wi·ns| = f(wi → wo) |wo·ns| |wi·ng| / |wo·ng|, which makes K and its adjoint agree over dσ⊥ of ng.
-        let mut random = Random::new(1);
-        for (name, bsdf) in Bsdf::all_examples() {
-            let it = tilted(bsdf, vec3(0.4, -0.2, 1.0));
-            for _ in 0..2000 {
-                let (wo, wi) = (random.direction(), random.direction());
-                let adjoint =
-                    it.eval(wo, wi, TransportMode::Importance) * wi.dot(it.ns()).abs() * wo.dot(Vec3::Z).abs();
-                let direct = it.eval(wi, wo, TransportMode::Radiance) * wo.dot(it.ns()).abs() * wi.dot(Vec3::Z).abs();
-                for (a, b) in adjoint.to_array().into_iter().zip(direct.to_array()) {
-                    assert!((a - b).abs() <= 2e-3 * a.max(b) + 1e-7, "{name}: {wo} {wi}: {a} {b}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn sides_on_which_the_normals_disagree_are_dark() {
-        let it = tilted(Lambert { albedo: Spectrum::ONE }.into(), vec3(1.0, 0.0, 0.3));
-        let above = vec3(0.3, 0.1, 0.9).normalize();
-        let between = vec3(-0.9, 0.0, 0.1).normalize();
-        assert!(between.dot(Vec3::Z) > 0.0 && between.dot(it.ns()) < 0.0);
-        for mode in [TransportMode::Radiance, TransportMode::Importance] {
-            assert!(!it.eval(above, above, mode).is_zero());
-            assert!(it.eval(above, between, mode).is_zero() && it.eval(between, above, mode).is_zero());
-            assert_eq!(it.pdf(above, between, mode), 0.0);
-            assert!(it.sample(between, 0.5, Vec2::splat(0.5), mode).is_none());
-        }
-    }
-
-    #[test]
-    fn samples_carry_what_eval_and_pdf_say() {
-        let mut random = Random::new(2);
-        for (name, bsdf) in Bsdf::all_examples() {
-            let it = tilted(bsdf, vec3(0.2, 0.3, 1.0));
-            for mode in [TransportMode::Radiance, TransportMode::Importance] {
-                for _ in 0..500 {
-                    let wo = random.direction();
-                    let Some(sample) = it.sample(wo, random.next_1d(), random.next_2d(), mode) else { continue };
-                    if sample.lobe.is_delta() {
-                        continue;
-                    }
-                    let (value, pdf) = it.eval_pdf(wo, sample.wi, mode);
-                    let expected = value * (sample.wi.dot(it.ns()).abs() / pdf);
-                    for (a, b) in expected.to_array().into_iter().zip(sample.weight.to_array()) {
-                        assert!(
-                            (a - b).abs() <= 2e-2 * a.max(b) + 1e-4,
-                            "{name} {mode:?}: {wo} {sample:?} {expected:?}"
-                        );
-                    }
-                    assert_eq!(pdf, it.pdf(wo, sample.wi, mode));
-                    assert_eq!(value, it.eval(wo, sample.wi, mode));
-                }
-            }
-        }
-    }
-}
+mod tests;

@@ -21,7 +21,7 @@
 //! 1. [`ray`]: rays, segments, and points that they can leave.
 //! 2. [`scene`] and [`interaction`]: the questions an integrator asks.
 //! 3. [`emitter`] and [`camera`]: the two ends of a path.
-//! 4. [`material`], [`texture`] and [`relief`]: what surfaces do; [`subsurface`]: what goes on beneath them.
+//! 4. [`material`], [`texture`], [`relief`] and [`tilt`]: what surfaces do; [`subsurface`]: what goes on beneath them.
 //! 5. [`shape`] and `accel`: where surfaces are.
 //! 6. [`builder`] and [`needs`]: how a scene is made, and what it doesn't need.
 //! 7. [`mod@load`], [`description`], [`import`] and [`builtin`]: scenes by name or path, scene files, other formats, and the
@@ -54,6 +54,7 @@ mod surface;
 #[cfg(test)]
 mod test_support;
 pub mod texture;
+pub mod tilt;
 
 pub use builder::{
     CameraSettings, ChoiceRule, Emission, EnvironmentImage, Falloff, GroupId, Mapping, MeshData, SceneBuilder, ShapeId,
@@ -73,3 +74,4 @@ pub use scene::Scene;
 pub use subsurface::Body;
 pub use surface::SurfaceId;
 pub use texture::Texture;
+pub use tilt::{Remedies, Tilt};

@@ -37,6 +37,15 @@ pub struct Sided {
     sides: [Varying; 2],
 }
 
+/// A side of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Side {
+    /// Where the geometric normal points, or both where they are the same.
+    Front,
+    /// The other.
+    Back,
+}
+
 /// A surface of which something varies.
 #[derive(Clone, Debug)]
 pub struct Varying {
@@ -154,10 +163,11 @@ impl Sided {
         Self { sides: sides.map(|side| Varying { opacity: opacity.clone(), ..side }) }
     }
 
-    /// The side that a ray of direction `d` meets where the front's geometric normal is `ng`.
+    /// The side that a ray of direction `d` meets where the front's geometric normal is `ng`: what it is made of, and which it is.
     #[inline]
-    pub(crate) fn met(&self, d: Vec3, ng: Vec3) -> &Varying {
-        &self.sides[usize::from(d.dot(ng) >= 0.0)]
+    pub(crate) fn met(&self, d: Vec3, ng: Vec3) -> (&Varying, Side) {
+        let [front, back] = &self.sides;
+        if d.dot(ng) < 0.0 { (front, Side::Front) } else { (back, Side::Back) }
     }
 }
 
@@ -170,7 +180,7 @@ impl Varying {
 
     /// The textures of parameters, relief and opacity.
     pub fn all_textures(&self) -> impl Iterator<Item = &Texture> {
-        let others = self.relief.as_ref().map(Relief::texture).into_iter().chain(&self.opacity);
+        let others = self.relief.as_ref().map(|relief| relief.map.texture()).into_iter().chain(&self.opacity);
         self.scattering.textures().into_iter().chain(others)
     }
 
@@ -192,7 +202,7 @@ impl Varying {
 
     /// Makes it what it is once the scene's coordinates have been shifted by `−shift`.
     pub(crate) fn recentre(&mut self, shift: glam::DVec3) {
-        let relief = self.relief.as_mut().map(Relief::texture_mut);
+        let relief = self.relief.as_mut().map(|relief| relief.map.texture_mut());
         for texture in self.scattering.textures_mut().into_iter().chain(relief).chain(&mut self.opacity) {
             *texture = texture.clone().recentred(shift);
         }

@@ -1,12 +1,22 @@
 //! Normal maps and bump maps: normals that textures tilt.
 
 use crate::texture::{SurfaceCoordinates, Texture};
+use crate::tilt::Remedies;
 use sampling::math::Frame;
 use sampling::{Vec2, Vec3, vec3};
 
 /// What tilts a surface's normals.
 #[derive(Clone, Debug)]
-pub enum Relief {
+pub struct Relief {
+    /// By how much.
+    pub map: ReliefMap,
+    /// What is done where tilted normals fail the surface.
+    pub remedies: Remedies,
+}
+
+/// By how much normals are tilted.
+#[derive(Clone, Debug)]
+pub enum ReliefMap {
     /// The normal in the frame of dp/du, dp/dv and the surface's normal, as `2c − 1` of a colour c.
     Normals(Texture),
     /// The height above the surface \[m\].
@@ -20,7 +30,13 @@ pub(crate) struct Derivatives {
     pub dpdv: Vec3,
 }
 
-impl Relief {
+impl From<ReliefMap> for Relief {
+    fn from(map: ReliefMap) -> Self {
+        Self { map, remedies: Remedies::default() }
+    }
+}
+
+impl ReliefMap {
     /// The texture.
     pub fn texture(&self) -> &Texture {
         match self {
@@ -62,9 +78,8 @@ fn upwards(normal: Vec3) -> Vec3 {
     vec3(unit.x, unit.y, 0.0).normalize_or(Vec3::X) * (1.0 - LEAST * LEAST).sqrt() + Vec3::Z * LEAST
 }
 
-/// The gradient of a height over the surface, in the frame's x and y \[1\], from differences along u and v `[Mikkelsen10]`.
+/// The gradient of a height over the surface, in the frame's x and y \[1\], from its slopes along u and v `[Mikkelsen10]`.
 fn surface_gradient(texture: &Texture, frame: &Frame, at: &SurfaceCoordinates, derivatives: &Derivatives) -> Vec2 {
-    let (step, length) = texture.step();
     let Derivatives { dpdu, dpdv } = *derivatives;
     // What is read by position has no u and v: there they are lengths along the frame's axes. What is read by texture coordinates
     // that don't vary has no slope.
@@ -72,26 +87,38 @@ fn surface_gradient(texture: &Texture, frame: &Frame, at: &SurfaceCoordinates, d
     if texture.needs_uv() && !has_uv {
         return Vec2::ZERO;
     }
-    let (along_u, along_v, step) = if has_uv { (dpdu, dpdv, step) } else { (frame.x, frame.y, Vec2::splat(length)) };
-    let height = |du: f32, dv: f32| {
-        let p = at.p + along_u * du + along_v * dv;
-        texture.at(&SurfaceCoordinates { p, uv: at.uv + Vec2::new(du, dv), ..*at }).mean()
+    let (along_u, along_v) = if has_uv { (dpdu, dpdv) } else { (frame.x, frame.y) };
+    let slope = match texture {
+        Texture::Image(image) => image.slope(at.uv),
+        _ => slope_by_differences(texture, at, [along_u, along_v], has_uv),
     };
-    let slope_u = (height(step.x, 0.0) - height(-step.x, 0.0)) / (2.0 * step.x);
-    let slope_v = (height(0.0, step.y) - height(0.0, -step.y)) / (2.0 * step.y);
     let (u, v) = (frame.to_local(along_u).truncate(), frame.to_local(along_v).truncate());
     let area = u.perp_dot(v);
     if area == 0.0 {
         return Vec2::ZERO;
     }
     // The gradient g has g·u and g·v for its slopes.
-    Vec2::new(slope_u * v.y - slope_v * u.y, slope_v * u.x - slope_u * v.x) / area
+    Vec2::new(slope.x * v.y - slope.y * u.y, slope.y * u.x - slope.x * v.x) / area
+}
+
+/// How a height grows along u and v, which move a point along two vectors.
+fn slope_by_differences(texture: &Texture, at: &SurfaceCoordinates, [u, v]: [Vec3; 2], has_uv: bool) -> Vec2 {
+    let (step, length) = texture.step();
+    let step = if has_uv { step } else { Vec2::splat(length) };
+    let height = |du: f32, dv: f32| {
+        let p = at.p + u * du + v * dv;
+        texture.at(&SurfaceCoordinates { p, uv: at.uv + Vec2::new(du, dv), ..*at }).mean()
+    };
+    let across = |du: f32, dv: f32| height(du, dv) - height(-du, -dv);
+    Vec2::new(across(step.x, 0.0), across(0.0, step.y)) / (2.0 * step)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::texture::{Channel, Image, ImageTexture, UvMap, Wrap};
     use sampling::math::Spectrum;
+    use std::sync::Arc;
 
     #[test]
     fn a_plane_of_heights_tilts_by_its_slope_whatever_the_coordinates() {
@@ -102,7 +129,7 @@ mod tests {
             origin: Vec3::ZERO,
             scale: 1.0,
         };
-        let relief = Relief::Heights(ramp);
+        let relief = ReliefMap::Heights(ramp);
         let frame = Frame::from_z_x(Vec3::Z, Vec3::X);
         let at = SurfaceCoordinates::of(vec3(0.3, 0.4, 0.0));
         let expected = vec3(-0.5, 0.0, 1.0).normalize();
@@ -114,8 +141,30 @@ mod tests {
     }
 
     #[test]
+    fn heights_of_an_image_have_the_slope_of_what_is_read() {
+        let texels = (0..12).map(|i| [((7 * i) % 5) as f32 * 0.1; 4]).collect();
+        let image = Arc::new(Image::from_linear(4, 3, texels).unwrap());
+        for wrap in Wrap::ALL {
+            let map = UvMap { scale: Vec2::new(1.3, -2.0), offset: Vec2::new(0.2, 0.7) };
+            let (channel, scale) = (Channel::Colour, Spectrum::splat(0.8));
+            let heights = ImageTexture { image: image.clone(), wrap, map, channel, scale };
+            for i in 0..200 {
+                let uv = Vec2::new(i as f32 * 0.754_877_7, i as f32 * 0.569_840_3).fract() * 2.0;
+                let step = 1.0 / 1024.0;
+                let across = |d: Vec2| (heights.at(uv + d * step) - heights.at(uv - d * step)).mean() / (2.0 * step);
+                let (slope, expected) = (heights.slope(uv), Vec2::new(across(Vec2::X), across(Vec2::Y)));
+                // Where a texel's centre is between the two points, the difference is that of two slopes.
+                let place = map.at(uv) * Vec2::new(4.0, 3.0) + 0.5;
+                let near = |x: f32, scale: f32| (x - x.round()).abs() < 1.5 * step * scale;
+                let at_a_centre = near(place.x, 1.3 * 4.0) || near(place.y, 2.0 * 3.0);
+                assert!(at_a_centre || (slope - expected).length() < 2e-3, "{wrap:?} {uv}: {slope} {expected}");
+            }
+        }
+    }
+
+    #[test]
     fn a_normal_map_follows_u_and_v_even_where_it_is_mirrored() {
-        let relief = Relief::Normals(Texture::Constant(Spectrum::new(0.5, 0.9, 0.8)));
+        let relief = ReliefMap::Normals(Texture::Constant(Spectrum::new(0.5, 0.9, 0.8)));
         let frame = Frame::from_z_x(Vec3::Z, Vec3::X);
         let at = SurfaceCoordinates::of(Vec3::ZERO);
         for (dpdv, y) in [(Vec3::Y, 0.8), (-Vec3::Y, -0.8)] {
@@ -127,7 +176,7 @@ mod tests {
     #[test]
     fn normals_stay_above_the_surface() {
         for map in [[0.9, 0.5, 0.2], [0.5, 0.5, 0.0], [0.5, 0.5, 0.5]] {
-            let relief = Relief::Normals(Texture::Constant(Spectrum::from(map)));
+            let relief = ReliefMap::Normals(Texture::Constant(Spectrum::from(map)));
             let frame = Frame::from_z(Vec3::Z);
             let normal = relief.normal(&frame, &SurfaceCoordinates::of(Vec3::ZERO), &Derivatives::default());
             assert!(normal.z > 0.0 && (normal.length() - 1.0).abs() < 1e-6, "{normal}");

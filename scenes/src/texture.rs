@@ -111,15 +111,14 @@ impl Texture {
         }
     }
 
-    /// The step in which its slope is measured: of the texture coordinates, and in metres.
-    pub fn step(&self) -> (Vec2, f32) {
+    /// The step in which its slope is measured: of the texture coordinates, and in metres. That of images is known.
+    pub(crate) fn step(&self) -> (Vec2, f32) {
         const STEP: f32 = 1.0 / 512.0;
         match self {
-            Texture::Image(image) => (image.half_texel(), STEP),
             Texture::Checkerboard { map, .. } => (vec2(STEP, STEP) / map.scale, STEP),
             Texture::Noise(noise) => (vec2(STEP, STEP), noise.finest() * STEP),
             Texture::Ramp { scale, .. } => (vec2(STEP, STEP), scale.abs() * STEP),
-            Texture::Constant(_) | Texture::VertexColour => (vec2(STEP, STEP), STEP),
+            Texture::Constant(_) | Texture::Image(_) | Texture::VertexColour => (vec2(STEP, STEP), STEP),
         }
     }
 

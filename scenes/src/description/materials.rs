@@ -14,9 +14,10 @@ use crate::builder::{MaterialName, SceneBuilder};
 use crate::error::SceneError;
 use crate::import::translation::Attachment;
 use crate::material::{Blend, Material, MaterialId, Scattering, Sided, Varying};
-use crate::relief::Relief;
+use crate::relief::{Relief, ReliefMap};
 use crate::suggest::did_you_mean;
 use crate::texture::{Encoding, Texture};
+use crate::tilt::Remedies;
 
 /// The materials of a scene file by name.
 pub(super) struct Materials<'a> {
@@ -99,7 +100,7 @@ const MOST_KINDS: usize = 64;
 const MOST_NESTED: usize = 64;
 
 /// What every material understands beside its model's parameters.
-const COMMON: [&str; 4] = ["type", "normal_map", "bump_map", "opacity"];
+const COMMON: [&str; 5] = ["type", "normal_map", "bump_map", "relief", "opacity"];
 /// The name of the type that has a front and a back.
 const SIDED: &str = "sided";
 
@@ -195,23 +196,32 @@ impl<'a, 'f> Reader<'a, 'f> {
         }
     }
 
-    /// `normal_map`, or `bump_map` \[m\].
+    /// `normal_map`, or `bump_map` \[m\], and the `relief` that either makes.
     fn relief(&self, table: &Table<'a>) -> Result<Option<Relief>, SceneError> {
-        match (table.get("normal_map"), table.get("bump_map")) {
-            (None, None) => Ok(None),
+        let map = match (table.get("normal_map"), table.get("bump_map")) {
+            (None, None) => {
+                let idle = table.get("relief");
+                return idle
+                    .map_or(Ok(None), |idle| Err(idle.error("there is no `normal_map` and no `bump_map`; add one")));
+            }
             (Some(normals), None) => {
                 let texture = self.textures.read(&normals, Encoding::Linear)?;
                 check_normals(&normals, &texture)?;
-                Ok(Some(Relief::Normals(within_domain(&normals, texture, Domain::Colour(0.0, 1.0))?)))
+                ReliefMap::Normals(within_domain(&normals, texture, Domain::Colour(0.0, 1.0))?)
             }
             (None, Some(heights)) => match self.number_or_texture(&heights)? {
                 Texture::VertexColour => {
-                    Err(heights.error("its slope is not known from vertex colours; give an image or noise"))
+                    return Err(heights.error("its slope is not known from vertex colours; give an image or noise"));
                 }
-                texture => Ok(Some(Relief::Heights(texture))),
+                texture => ReliefMap::Heights(texture),
             },
-            (Some(_), Some(bump)) => Err(bump.error("there is a `normal_map` as well; keep one of the two")),
-        }
+            (Some(_), Some(bump)) => return Err(bump.error("there is a `normal_map` as well; keep one of the two")),
+        };
+        let Some(value) = table.get("relief") else { return Ok(Some(map.into())) };
+        let name = value.text()?;
+        let place = Remedies::NAMES.iter().position(|known| *known == name);
+        let place = place.ok_or_else(|| value.error(did_you_mean(name, &Remedies::NAMES)))?;
+        Ok(Some(Relief { map, remedies: Remedies::ALL[place] }))
     }
 
     fn opacity(&self, table: &Table<'a>) -> Result<Option<Texture>, SceneError> {

@@ -4,14 +4,15 @@ use super::Scene;
 use crate::accel::Hit;
 use crate::emitter::Emitter;
 use crate::interaction::{Interaction, Normals};
-use crate::material::{Material, Scattering, Varying};
+use crate::material::{Material, Scattering, Side, Varying};
 use crate::ray::SurfacePoint;
 use crate::relief::Derivatives;
 use crate::surface::Surface;
 use crate::texture::{SurfaceCoordinates, Texture};
-use sampling::Vec3;
-use sampling::bsdf::{Bsdf, Lobes};
+use crate::tilt::Tilt;
+use sampling::bsdf::Bsdf;
 use sampling::math::{Frame, Spectrum};
+use sampling::{Vec3, vec3};
 
 /// What a hit says of its surface, before anything of its material is read.
 pub(super) struct Found<'a> {
@@ -31,9 +32,12 @@ impl Scene {
         let found = self.found(&hit);
         match &self.materials[found.surface.material.0 as usize] {
             Material::Constant(bsdf) => found.finish(*bsdf, self.frame(&hit, &found, bsdf)),
-            Material::Varying(varying) => self.varying_interaction(&hit, &found, varying),
+            Material::Varying(varying) => self.varying_interaction(&hit, &found, varying, Side::Front),
             Material::Subsurface(body) => found.finish(body.boundary(), Frame::from_z(found.ns)),
-            Material::Sided(sided) => self.varying_interaction(&hit, &found, sided.met(d, found.point.ng)),
+            Material::Sided(sided) => {
+                let (varying, side) = sided.met(d, found.point.ng);
+                self.varying_interaction(&hit, &found, varying, side)
+            }
         }
     }
 
@@ -105,7 +109,7 @@ impl Scene {
     }
 
     #[inline(never)]
-    fn varying_interaction(&self, hit: &Hit, found: &Found, varying: &Varying) -> Interaction {
+    fn varying_interaction(&self, hit: &Hit, found: &Found, varying: &Varying, side: Side) -> Interaction {
         if let (Scattering::Same(bsdf), None) = (&varying.scattering, &varying.relief) {
             return found.finish(*bsdf, self.frame(hit, found, bsdf));
         }
@@ -114,13 +118,10 @@ impl Scene {
         let Some(relief) = &varying.relief else { return found.finish(bsdf, self.frame(hit, found, &bsdf)) };
         let derivatives = self.derivatives(hit, found);
         let frame = Frame::from_z_x(found.ns, derivatives.dpdu.normalize_or_zero());
-        let normal = relief.normal(&frame, &at, &derivatives);
-        if bsdf.lobes().intersects(Lobes::TRANSMISSION) {
-            // A groove that light passes through has no such simple model: the normal itself is tilted.
-            let ns = frame.to_world(normal).normalize();
-            return Interaction { normals: Normals::Smooth, ..found.finish(bsdf, Frame::from_z_x(ns, frame.x)) };
-        }
-        let normals = Normals::Tilted { normal, smooth: found.ns != found.point.ng };
+        let normal = relief.map.normal(&frame, &at, &derivatives);
+        // What rises out of a back of its own would be a dent of the front.
+        let normal = if side == Side::Front { normal } else { vec3(-normal.x, -normal.y, normal.z) };
+        let normals = Normals::Tilted(Tilt { normal, remedies: relief.remedies });
         Interaction { normals, ..found.finish(bsdf, frame) }
     }
 

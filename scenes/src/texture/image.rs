@@ -249,16 +249,34 @@ impl Image {
     /// The values at a place, bilinear between the centres of texels; the unit square is the image, its origin at the bottom left.
     #[inline]
     fn bilinear(&self, place: Vec2, wrap: Wrap) -> [f32; 4] {
+        let ([a, b, c, d], f) = self.around(place, wrap);
+        let row = |left: f32, right: f32| left * (1.0 - f.x) + right * f.x;
+        std::array::from_fn(|i| row(a[i], b[i]) * (1.0 - f.y) + row(c[i], d[i]) * f.y)
+    }
+
+    /// How those values grow to the right and upwards, per side of the image. At the centre of a texel, where slopes meet, it is that
+    /// of the texels to its right and below.
+    fn slope(&self, place: Vec2, wrap: Wrap) -> [[f32; 4]; 2] {
+        let ([a, b, c, d], f) = self.around(place, wrap);
+        let (width, height) = (self.width as f32, self.height as f32);
+        let right = |i: usize| ((b[i] - a[i]) * (1.0 - f.y) + (d[i] - c[i]) * f.y) * width;
+        let up = |i: usize| ((a[i] - c[i]) * (1.0 - f.x) + (b[i] - d[i]) * f.x) * height;
+        [std::array::from_fn(right), std::array::from_fn(up)]
+    }
+
+    /// The four texels whose centres are around a place, upper left and right and lower left and right, and how far it is from the
+    /// first to the right and down.
+    #[inline]
+    fn around(&self, place: Vec2, wrap: Wrap) -> ([[f32; 4]; 4], Vec2) {
         let (width, height) = (i64::from(self.width), i64::from(self.height));
         let x = place.x * width as f32 - 0.5;
         let y = (1.0 - place.y) * height as f32 - 0.5;
         let (left, top) = (x.floor(), y.floor());
-        let (fx, fy) = (x - left, y - top);
         let columns = [left as i64, (left as i64).saturating_add(1)].map(|i| wrap.place(i, width));
         let rows = [top as i64, (top as i64).saturating_add(1)].map(|i| wrap.place(i, height) * self.width as usize);
         let [a, b] = [rows[0] + columns[0], rows[0] + columns[1]].map(|index| self.texel(index));
         let [c, d] = [rows[1] + columns[0], rows[1] + columns[1]].map(|index| self.texel(index));
-        std::array::from_fn(|i| (a[i] * (1.0 - fx) + b[i] * fx) * (1.0 - fy) + (c[i] * (1.0 - fx) + d[i] * fx) * fy)
+        ([a, b, c, d], vec2(x - left, y - top))
     }
 }
 
@@ -319,9 +337,11 @@ impl ImageTexture {
         (super::min(a, b), a.max(b))
     }
 
-    /// Half a texel, in texture coordinates.
-    pub fn half_texel(&self) -> Vec2 {
-        vec2(0.5 / self.image.width as f32, 0.5 / self.image.height as f32) / self.map.scale
+    /// How the mean of its channels grows along u and v.
+    pub fn slope(&self, uv: Vec2) -> Vec2 {
+        let [u, v] =
+            self.image.slope(self.map.at(uv), self.wrap).map(|texel| (self.channel.of(texel) * self.scale).mean());
+        vec2(u, v) * self.map.scale
     }
 }
 

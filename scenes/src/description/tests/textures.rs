@@ -108,6 +108,13 @@ fn relief_and_opacity_are_read() {
     assert!(with("normal_map = { checkerboard = [[0.6, 0.5, 0.9], [0.4, 0.5, 0.9]] }").tangents);
     assert!(with("opacity = 0.5").masks && !with("opacity = 1").masks);
     assert!(!with("bump_map = { noise = { size = 0.1 } }").only_lambertian, "a tilted face has ways to choose from");
+    let hash = |relief: &str| {
+        load(&replaced("albedo = 0.7", &format!("albedo = 0.7\nbump_map = {{ noise = {{ size = 0.1 }} }}\n{relief}")))
+            .unwrap()
+            .hash
+    };
+    assert_eq!(hash("relief = \"turned_and_shadowed\""), hash(""));
+    assert_ne!(hash("relief = \"plain\""), hash(""));
 }
 
 #[test]
@@ -148,6 +155,14 @@ fn bad_textures_are_told() {
     expect(
         &after("bump_map = 0.1\nnormal_map = [0.5, 0.5, 1]"),
         "7: `materials.white.bump_map` is `0.1`; there is a `normal_map` as well",
+    );
+    expect(
+        &after("relief = \"plain\""),
+        "7: `materials.white.relief` is `\"plain\"`; there is no `normal_map` and no `bump_map`; add one",
+    );
+    expect(
+        &after("bump_map = 0.1\nrelief = \"plane\""),
+        "8: `materials.white.relief` is `\"plane\"`; did you mean `plain`?",
     );
     let lamp =
         replaced("radius = 1", "radius = 1\nemission = 1").replace("albedo = 0.7", "albedo = 0.7\nopacity = 0.5");

@@ -319,7 +319,6 @@ fn relief<'t>(source: &Source<'t>, context: &mut Context<'_, 't>) -> Result<Opti
         context.approximate(&source.place, "a `normalTexture` whose normals all point inwards is left out");
         return Ok(None);
     }
-    context.approximate(&source.place, "a `normalTexture` is one of tilted facets of tiny grooves");
     if info.scale == 1.0 {
         return Ok(Some(Texture::Image(picture)));
     }

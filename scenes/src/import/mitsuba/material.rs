@@ -12,6 +12,7 @@ use super::texture::{self, Texture};
 use super::xml::Element;
 use crate::error::SceneError;
 use crate::import::translation::{Lines, Place, key, number, quoted};
+use crate::tilt::Remedies;
 
 /// The value of a key.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,14 +54,22 @@ pub struct Description {
     /// The model's parameters.
     keys: Vec<(&'static str, Value)>,
     tint: Tint,
-    /// `normal_map` or `bump_map`, and what it is.
-    relief: Option<(&'static str, Texture)>,
+    relief: Option<Relief>,
     opacity: Option<Texture>,
     /// Its other side.
     behind: Behind,
     /// Whether light may go through it.
     pub transmits: bool,
     place: Place,
+}
+
+/// What tilts a material's normals.
+#[derive(Clone, Debug)]
+struct Relief {
+    /// `normal_map` or `bump_map`.
+    key: &'static str,
+    map: Texture,
+    remedies: Remedies,
 }
 
 /// What some of a material's light is multiplied by.
@@ -76,8 +85,10 @@ enum Tint {
 /// The back of a material.
 #[derive(Clone, Debug)]
 enum Behind {
-    /// It is as the front.
+    /// It is as the front, and its map makes a dent where that of the front rises.
     Same,
+    /// It is as the front, and what a map raises rises out of it as well.
+    Mirrored,
     Black,
     /// It has no back of its own.
     Other(Box<Description>),
@@ -105,7 +116,8 @@ impl Description {
 
     /// The same with its front on both sides.
     pub fn two_sided(self) -> Self {
-        Self { behind: Behind::Same, ..self }
+        let behind = if self.relief.is_some() && !self.transmits { Behind::Mirrored } else { Behind::Same };
+        Self { behind, ..self }
     }
 
     /// This for a front and that for a back.
@@ -125,7 +137,7 @@ impl Description {
 
     /// What it becomes, in a word.
     pub fn kind(&self) -> &'static str {
-        if matches!(self.behind, Behind::Other(_)) { "sided" } else { self.model }
+        if matches!(self.behind, Behind::Other(_) | Behind::Mirrored) { "sided" } else { self.model }
     }
 
     /// The same with a parameter more.
@@ -175,7 +187,29 @@ impl Description {
         if self.relief.take().is_some() | self.opacity.take().is_some() | behind.is_some() {
             context.approximate(&self.place, "a part of a blend has no masks and maps of its own: they are left out");
         }
+        if matches!(self.behind, Behind::Mirrored) {
+            self.behind = Behind::Same;
+        }
         self
+    }
+
+    /// Tilts its normals.
+    fn raise(&mut self, relief: Option<Relief>, context: &mut Context) {
+        if let (Behind::Other(back), Some(front)) = (&mut self.behind, &relief) {
+            // The map is that of the whole surface, and makes a dent of the back where it raises the front.
+            back.relief = match front.map.clone().scaled([-1.0; 3]) {
+                Some(map) if front.key == "bump_map" => Some(Relief { map, ..front.clone() }),
+                _ => {
+                    let text = "a `normalmap` of a `twosided` of two materials is taken for that of either side";
+                    context.approximate(&self.place, text);
+                    Some(front.clone())
+                }
+            };
+        }
+        if matches!(self.behind, Behind::Mirrored) {
+            self.behind = Behind::Same;
+        }
+        self.relief = relief;
     }
 
     /// Writes it under this name.
@@ -185,12 +219,17 @@ impl Description {
             _ => context.fresh_name(&format!("{name}_front")),
         };
         self.write_side(&front, None, turned, context);
-        let mut sides = vec![("front", Value::Word(front))];
-        if let Behind::Other(back) = &self.behind {
-            let name = context.fresh_name(&format!("{name}_back"));
-            back.write_side(&name, None, turned, context);
-            sides.push(("back", Value::Word(name)));
-        }
+        let back = match &self.behind {
+            Behind::Same | Behind::Mirrored => Some(front.clone()),
+            Behind::Black => None,
+            Behind::Other(back) => {
+                let name = context.fresh_name(&format!("{name}_back"));
+                back.write_side(&name, None, turned, context);
+                Some(name)
+            }
+        };
+        let sides = [("front", Some(front)), ("back", back)];
+        let sides: Vec<_> = sides.into_iter().filter_map(|(key, side)| Some((key, Value::Word(side?)))).collect();
         let mut lines = Lines::default();
         lines.table(&self.place, format!("[materials.{}]", key(name)));
         write_keys(&mut lines, &self.place, "sided", &sides, turned);
@@ -213,8 +252,11 @@ impl Description {
         }
         lines.table(&self.place, header(name));
         write_keys(&mut lines, &self.place, model, &keys, turned);
-        if let Some((kind, map)) = &self.relief {
-            lines.key(&self.place, kind, map.toml(turned));
+        if let Some(Relief { key, map, remedies }) = &self.relief {
+            lines.key(&self.place, key, map.toml(turned));
+            if *remedies != Remedies::default() {
+                lines.key(&self.place, "relief", quoted(remedies.name()));
+            }
         }
         if let Some(opacity) = opacity {
             lines.key(&self.place, "opacity", opacity.toml(turned));
@@ -300,14 +342,7 @@ pub fn layered<'a>(
     let place = plugin.place();
     let own = match plugin.kind() {
         "mask" => Some(texture::parameter(plugin, "opacity", Quantity::Reflectance, 0.5, context)?),
-        kind => {
-            context.approximate(
-                place,
-                format!(
-                    "a `{kind}` tilts one face of a tiny groove, so that no light is lost or leaks: slopes show less, and where they \
-                     are 10 degrees what is matte is 0.79 to 1.38 times as bright, at 30 degrees 0.54 to 10 times"
-                ),
-            );
+        _ => {
             let named = ["normalmap", "texture", "bumpmap"]
                 .into_iter()
                 .find_map(|name| plugin.part(name).filter(|part| part.tag == "texture"));
@@ -333,6 +368,10 @@ pub fn layered<'a>(
             if description.relief.is_some() {
                 context.approximate(place, "of two maps one over the other only the outer is kept");
             }
+            let remedies = Remedies {
+                turning: plugin.boolean("flip_invalid_normals")?.unwrap_or(true),
+                shadowing: plugin.boolean("use_shadowing_function")?.unwrap_or(true),
+            };
             let relief = match kind {
                 "normalmap" => Some(("normal_map", linear(own))),
                 _ => match linear(own).scaled([scale; 3]) {
@@ -340,10 +379,7 @@ pub fn layered<'a>(
                     _ => None,
                 },
             };
-            if let Behind::Other(back) = &mut description.behind {
-                back.relief = relief.clone();
-            }
-            description.relief = relief;
+            description.raise(relief.map(|(key, map)| Relief { key, map, remedies }), context);
         }
     }
     Ok(description)

@@ -5,6 +5,7 @@ mod hostile;
 mod materials;
 mod meters;
 mod real;
+mod relief;
 
 use std::path::Path;
 

@@ -11,6 +11,7 @@ use super::texture::{self, Texture, UvMap};
 use crate::error::SceneError;
 use crate::import::translation::{Lines, Place, key, number, quoted};
 use crate::suggest::did_you_mean;
+use crate::tilt::Remedies;
 
 /// The material that directives have set.
 #[derive(Clone, Debug)]
@@ -124,6 +125,7 @@ impl Description {
         }
         if let Some((kind, map)) = &self.relief {
             lines.key(&self.place, kind, map.toml());
+            lines.key(&self.place, "relief", quoted(Remedies::NONE.name()));
         }
         if let Some(opacity) = &self.opacity {
             lines.key(&self.place, "opacity", opacity.toml());
@@ -198,11 +200,10 @@ fn relief(parameters: &Parameters, context: &mut Context) -> Result<Option<(&'st
     if matches!(parameters.kind.as_str(), "" | "none" | "interface" | "null") {
         return Ok(None);
     }
-    let tilted = "a map tilts one face of a tiny groove, so that no light is lost or leaks: slopes show less, and where they are \
-                  10 degrees what is matte is 0.79 to 1.38 times as bright, at 30 degrees 0.54 to 10 times";
+    let away = "faces that a map turns away from the viewer are black, where pbrt lights them from their backs";
     if let Some(name) = parameters.text("normalmap")? {
         let place = parameters.place_of("normalmap").clone();
-        context.approximate(&place, tilted);
+        context.approximate(&place, away);
         let file = context.file_name(name, &place);
         let (scale, map) = ([1.0; 3], UvMap::IDENTITY);
         let ending = file.rsplit('.').next().unwrap_or("").to_lowercase();
@@ -216,7 +217,7 @@ fn relief(parameters: &Parameters, context: &mut Context) -> Result<Option<(&'st
         context.approximate(&place, "a `displacement` that is no image is left out");
         return Ok(None);
     }
-    context.approximate(&place, tilted);
+    context.approximate(&place, format!("a `displacement` does not make what is curved larger; {away}"));
     Ok(Some(("bump_map", heights)))
 }
 

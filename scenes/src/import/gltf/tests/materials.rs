@@ -264,7 +264,7 @@ fn normal_maps_may_be_made_steeper() {
     let tilted = [0.5 + 0.5 * 0.6, 0.5, 0.5 + 0.5 * 0.8, 1.0];
     let (plain, translation) = relief(json!({ "index": 0 }), tilted);
     assert_eq!(plain.unwrap()["image"].as_str(), Some("a_image001.png"));
-    assert!(tells(&translation, NoteKind::Approximated, "tilted facets"));
+    assert!(!tells(&translation, NoteKind::Approximated, "normal"));
     let (steep, translation) = relief(json!({ "index": 0, "scale": 2 }), tilted);
     let name = steep.unwrap()["image"].as_str().unwrap().to_string();
     let bytes = &translation.attachments.iter().find(|attachment| attachment.name == name).unwrap().bytes;

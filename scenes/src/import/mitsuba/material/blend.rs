@@ -42,7 +42,7 @@ pub fn blend<'a>(plugin: &Plugin<'a>, setting: Setting, context: &mut Context<'a
         Behind::Black
     } else {
         let backs = parts.iter().zip(&fronts).enumerate().map(|(i, (part, front))| match &part.behind {
-            Behind::Same => front.clone(),
+            Behind::Same | Behind::Mirrored => front.clone(),
             Behind::Black => black(place, context),
             Behind::Other(back) => {
                 let name = context.fresh_name(&format!("{}_back{}", setting.name, i + 1));

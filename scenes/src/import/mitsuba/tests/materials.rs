@@ -196,7 +196,37 @@ fn layers_and_blends() {
     let bump = "<bsdf type=\"bumpmap\"><float name=\"scale\" value=\"2\"/><texture type=\"checkerboard\">\
                 <rgb name=\"color0\" value=\"0\"/><rgb name=\"color1\" value=\"1\"/></texture><bsdf type=\"diffuse\"/></bsdf>";
     let map = "{ checkerboard = [0.0, 2.0], uv_scale = [1.0, -1.0], uv_offset = [0.0, 1.0] }";
-    check(bump, &format!("type = \"lambert\"\nalbedo = 0.5\nbump_map = {map}"), 1);
+    // Either side of a `twosided` rises, but what a map over one raises on the front is a dent of the back.
+    let in_relief = |bsdf: &str, more: &str| {
+        let (text, notes) = material(bsdf);
+        assert!(notes.is_empty(), "{notes:?}");
+        let front = format!("type = \"lambert\"\nalbedo = 0.5\nbump_map = {map}{more}");
+        let sided = "[materials.m]\ntype = \"sided\"\nfront = \"m_front\"";
+        let is_sided = text.starts_with(&format!("[materials.m_front]\n{front}\n\n{sided}"));
+        assert!(is_sided || text == format!("[materials.m]\n{front}"), "{text}");
+        text.lines().filter(|line| line.starts_with("back") || line.contains("sided")).count()
+    };
+    let twosided = |inner: &str| format!("<bsdf type=\"twosided\" id=\"m\">{inner}</bsdf>");
+    assert_eq!(in_relief(&twosided(bump), ""), 2);
+    let over = bump.replace("<bsdf type=\"bumpmap\">", "<bsdf type=\"bumpmap\" id=\"m\">");
+    assert_eq!(in_relief(&over, ""), 1);
+    let diffuse = "<bsdf type=\"diffuse\"/>";
+    assert_eq!(in_relief(&over.replace(diffuse, &twosided(diffuse).replace(" id=\"m\"", "")), ""), 0);
+    let both = format!("{diffuse}<bsdf type=\"conductor\"/>");
+    let (text, _) = material(&over.replace(diffuse, &twosided(&both).replace(" id=\"m\"", "")));
+    assert!(text.contains(&map.replace("[0.0, 2.0]", "[-0.0, -2.0]")), "{text}");
+    for (turning, shadowing, expected) in [
+        ("true", "false", "\nrelief = \"turned\""),
+        ("false", "true", "\nrelief = \"shadowed\""),
+        ("false", "false", "\nrelief = \"plain\""),
+        ("true", "true", ""),
+    ] {
+        let flags = format!(
+            "<bsdf type=\"bumpmap\"><boolean name=\"flip_invalid_normals\" value=\"{turning}\"/>\
+             <boolean name=\"use_shadowing_function\" value=\"{shadowing}\"/>"
+        );
+        in_relief(&twosided(&bump.replace("<bsdf type=\"bumpmap\">", &flags)), expected);
+    }
     let blend = "<bsdf type=\"blendbsdf\" id=\"m\"><float name=\"weight\" value=\"0.25\"/>\
                  <bsdf type=\"twosided\"><bsdf type=\"diffuse\"/></bsdf><bsdf type=\"dielectric\"/></bsdf>";
     let (text, notes) = material(blend);

@@ -148,7 +148,9 @@ fn textures() {
     assert_eq!(albedo("Texture \"t\" \"spectrum\" \"marble\"").as_float(), Some(0.5));
     let relief = "Texture \"b\" \"float\" \"imagemap\" \"string filename\" \"bump.png\" \"string encoding\" \"linear\" \"float scale\" .01 \
                   Material \"diffuse\" \"texture displacement\" \"b\"";
-    let bump = material(relief, &files).0["bump_map"].clone();
+    let whole = material(relief, &files).0;
+    assert_eq!(whole["relief"].as_str(), Some("plain"));
+    let bump = whole["bump_map"].clone();
     assert_eq!((bump["image"].as_str(), bump["scale"].as_float()), (Some("bump.png"), Some(0.01)));
     let normal = material("Material \"diffuse\" \"string normalmap\" \"bump.png\"", &files).0["normal_map"].clone();
     assert_eq!(normal["encoding"].as_str(), Some("linear"));
