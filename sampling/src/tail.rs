@@ -204,8 +204,8 @@ impl Tail {
     ///
     /// False alarms: where `P(X > x)` is exactly a power of index α ≥ 2 beyond the tail's start, at most 10⁻³, and fewer the larger α
     /// is; where the tail falls faster than any power, as that of exponential values, none to speak of. A lognormal tail looks like a power
-    /// of index 2.95/σ beyond its upper hundredth: for σ up to 1.4 its variance is called finite, for σ = 2 infinite, which it is not; but no
-    /// sample of affordable size shows that, and error bars are as little to be trusted.
+    /// of index 2.95/σ beyond its upper hundredth: for σ up to 1.4 its variance is called finite, for σ = 2 often infinite, which it is not;
+    /// but error bars are as little to be trusted then.
     pub fn variance(&self) -> Variance {
         match self.index() {
             None => Variance::Unknown,

@@ -105,8 +105,8 @@ fn infinite_variances_are_found_and_finite_ones_are_not_alarmed_at() {
             assert!(alarms(law) <= 4, "{law:?}, {n}");
         }
         assert_eq!(alarms(Law::Pareto(1.0)), runs);
-        let shallow = [Law::Pareto(1.5), Law::Lognormal(2.0)].map(alarms);
-        assert!(n < 50_000 || shallow.iter().all(|&found| found * 10 >= runs * 9), "{shallow:?} of {runs}");
+        let shallow = alarms(Law::Pareto(1.5));
+        assert!(n < 50_000 || shallow * 10 >= runs * 9, "{shallow} of {runs}");
     }
 }
 
@@ -119,4 +119,14 @@ fn shares_and_kurtosis_of_exponential_values_are_those_of_theory() {
     let share = tail.second_moment_of_top(1e-4).unwrap();
     assert!((share / expected - 1.0).abs() < 0.05, "{share} {expected}");
     assert!((tail.kurtosis().unwrap() / 9.0 - 1.0).abs() < 0.1);
+}
+
+/// Values that fall slowly up to a bound, as contributions do that MIS keeps from growing: the upper hundredth alone looks infinite.
+#[test]
+fn a_slow_fall_that_ends_at_a_bound_has_a_finite_variance() {
+    let (mut stream, mut tail) = (Stream::new(1, 5), Tail::default());
+    (0..400_000).for_each(|_| tail.add(Law::Pareto(1.7).draw(&mut stream).min(60.0)));
+    let (index, k) = tail.index().unwrap();
+    assert!(index * (1.0 + SURE / (k as f64).sqrt()) < 2.0, "{index} of {k}");
+    assert_eq!(tail.variance(), Variance::Finite);
 }
