@@ -59,8 +59,10 @@ fn a_tilted_facet_under_a_uniform_sky() {
             let expected = if is_seen { 0.7 * albedo(tilt, remedies) } else { 0.0 };
             let truth = Truth::new(&scene, |_, _| vec![0.0, expected, 0.0]);
             let mut family = Family::new(truth.name());
-            // From the side next to no light is splatted into the narrow view.
-            for name in ALL.into_iter().filter(|name| *name != "light" || place == "above") {
+            // From the side next to no light is splatted into the narrow view, and where the facet is steep the infinite variance of
+            // light tracing decides nothing.
+            let by_light = place == "above" && degrees < 30.0;
+            for name in ALL.into_iter().filter(|name| *name != "light" || by_light) {
                 let budget = Budget::samples(if name == "light" { 1024 } else { 64 });
                 truth.compare(&mut family, name, plain(name).as_ref(), budget, COLUMNS);
             }

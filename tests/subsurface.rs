@@ -10,7 +10,7 @@ use sampling::math::Spectrum;
 use sampling::sampler::{Role, SamplerKind};
 use sampling::subsurface::Subsurface;
 use scenes::{Body, Interaction, Material, MaterialId, MeshData, Ray, Scene, SceneBuilder, Skip};
-use serde_json::{Value, json};
+use serde_json::json;
 use std::f64::consts::{PI, TAU};
 
 mod refusals;
