@@ -69,9 +69,11 @@ pub fn histogram(m: &mut Markup, rows: &[&AgreementRow]) {
             m.line("text", &[("x", &x), ("y", &(low + 16.0)), ("text-anchor", &"middle")], text);
         }
     });
-    m.element("figure", &[], |m| {
-        m.append(&drawing);
-        m.line("figcaption", &[], in_words(&p, &bars));
+    m.element("div", &[("class", &"figures")], |m| {
+        m.element("figure", &[], |m| {
+            m.append(&drawing);
+            m.line("figcaption", &[], in_words(&p, &bars));
+        });
     });
 }
 
