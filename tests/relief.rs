@@ -6,7 +6,7 @@
 //!
 //! False-alarm rate: 0.1 % for each test (Šidák over methods or pairs, orders and blocks).
 
-use crate::shading_normals::coarse_sphere;
+use crate::shading_normals::{agree_under_a_lamp, coarse_sphere};
 use crate::support::{
     ALL, Budget, COLUMNS, Entry, Family, Truth, agree, bumps, camera, in_relief, lambert, plain, room, shining,
 };
@@ -89,17 +89,7 @@ fn methods_agree_on_strong_relief() {
         builder.sphere(dvec3(0.5, -0.5, 0.0), 0.45, metal);
         builder.sphere(dvec3(0.0, 0.3, 0.2), 0.35, glass);
         builder.quad(dvec3(-1.0, -0.6, -0.99), DVec3::X * 2.0, DVec3::Y * 1.5, tiles);
-        let black = builder.material(lambert(0.0));
-        let lamp = builder.quad(dvec3(-0.4, 0.95, -0.4), DVec3::X * 0.8, DVec3::Z * 0.8, black);
-        builder.emit(lamp, shining(3.0));
-        let scene = builder.build(Skip::Unneeded).unwrap();
-        let entries = [
-            Entry::new("direct", 32).by_night(4),
-            Entry::new("path", 96).by_night(4).without_roulette(),
-            Entry::new("light", 64).by_night(4).without_roulette().of_infinite_variance(),
-            Entry::new("bdpt", 24).by_night(4).without_roulette(),
-        ];
-        agree(&title, &scene, 3, &entries, 0.9);
+        agree_under_a_lamp(&title, builder, 3, [32, 96, 64, 24]);
     }
 }
 

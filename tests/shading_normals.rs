@@ -12,12 +12,12 @@ use crate::support::{Entry, agree, lambert, room, shining};
 use glam::{DVec3, dvec3};
 use sampling::bsdf::{Bsdf, RoughConductor};
 use sampling::math::Spectrum;
-use scenes::{LoadOptions, MaterialId, MeshData, SceneBuilder, Skip};
+use scenes::{LoadOptions, MaterialId, MeshData, SceneBuilder, ShapeId, Skip};
 use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
 
 /// A sphere of few triangles with the normals of a real one.
-pub fn coarse_sphere(builder: &mut SceneBuilder, centre: DVec3, radius: f64, material: MaterialId) {
+pub fn coarse_sphere(builder: &mut SceneBuilder, centre: DVec3, radius: f64, material: MaterialId) -> ShapeId {
     const RINGS: u32 = 4;
     const SECTORS: u32 = 6;
     let towards = |ring: u32, sector: u32| {
@@ -41,22 +41,23 @@ pub fn coarse_sphere(builder: &mut SceneBuilder, centre: DVec3, radius: f64, mat
     }
     let positions = directions.iter().map(|d| centre + *d * radius).collect();
     let normals = directions.iter().map(|d| d.as_vec3()).collect();
-    builder.mesh(MeshData { positions, triangles, normals, ..MeshData::default() }, material);
+    builder.mesh(MeshData { positions, triangles, normals, ..MeshData::default() }, material)
 }
 
-/// Compares all methods in a room to which a lamp is added.
-fn agree_under_a_lamp(title: &str, mut builder: SceneBuilder) {
+/// Compares all methods in a room to which a lamp is added, by so many samples of direct, path, light and bdpt.
+pub fn agree_under_a_lamp(title: &str, mut builder: SceneBuilder, max_order: usize, samples: [u32; 4]) {
     let black = builder.material(lambert(0.0));
     let lamp = builder.quad(dvec3(-0.4, 0.95, -0.4), DVec3::X * 0.8, DVec3::Z * 0.8, black);
     builder.emit(lamp, shining(3.0));
     let scene = builder.build(Skip::Unneeded).unwrap();
+    let [direct, path, light, bdpt] = samples;
     let entries = [
-        Entry::new("direct", 32).by_night(4),
-        Entry::new("path", 64).by_night(4).without_roulette(),
-        Entry::new("light", 64).by_night(4).without_roulette().of_infinite_variance(),
-        Entry::new("bdpt", 16).by_night(4).without_roulette(),
+        Entry::new("direct", direct).by_night(4),
+        Entry::new("path", path).by_night(4).without_roulette(),
+        Entry::new("light", light).by_night(4).without_roulette().of_infinite_variance(),
+        Entry::new("bdpt", bdpt).by_night(4).without_roulette(),
     ];
-    agree(title, &scene, 5, &entries, 0.9);
+    agree(title, &scene, max_order, &entries, 0.9);
 }
 
 #[test]
@@ -66,7 +67,7 @@ fn coarse_spheres_with_smooth_normals() {
     let metal = builder.material(Bsdf::from(RoughConductor::from_reflectance(Spectrum::new(0.9, 0.7, 0.4), 0.4, 0.4)));
     coarse_sphere(&mut builder, dvec3(-0.4, -0.4, -0.2), 0.5, white);
     coarse_sphere(&mut builder, dvec3(0.5, -0.5, 0.2), 0.45, metal);
-    agree_under_a_lamp("coarse spheres with smooth normals", builder);
+    agree_under_a_lamp("coarse spheres with smooth normals", builder, 5, [32, 64, 64, 16]);
 }
 
 /// A Cornell box that others made, with a tessellated sphere; skipped where the file is missing.

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::plan::{Plan, PlannedMethod, PlannedScene};
-use crate::replay::{self, Shown};
+use crate::replay::{Retracing, Shown};
 use crate::result::MethodResult;
 use integrators::{Firefly, RenderSettings};
 use serde::Serialize;
@@ -46,6 +46,7 @@ pub fn records(
 ) -> Result<Vec<FireflyRecord>, Error> {
     let m = &result.measurement;
     let settings = RenderSettings { samples_per_replicate: m.samples_per_replicate, ..plan.render_settings(planned) };
+    let retracing = Retracing::new(&scene.scene, &*planned.method, &settings)?;
     let mut records = Vec::new();
     for (index, (layer, found)) in m.layers.iter().zip(m.fireflies.layers()).enumerate() {
         let mean = m.image_mean(index).iter().sum::<f64>() / 3.0;
@@ -62,7 +63,7 @@ pub fn records(
                 pixel: firefly.pixel,
                 sample: firefly.sample,
                 replay: command(plan, scene, planned, &settings, firefly),
-                path: replay::find(&scene.scene, &*planned.method, &settings, firefly)?,
+                path: retracing.find(firefly)?,
             });
         }
     }

@@ -65,67 +65,84 @@ pub struct ShownVertex {
     pub delta: bool,
 }
 
-/// Traces a sample again. Its number of samples per replicate is that of the settings, since samplers stratify by it.
-///
-/// # Errors
-/// If there is no such sample, or the method has none that stands alone.
-pub fn replay(
-    scene: &Scene,
-    method: &dyn Integrator,
-    settings: &RenderSettings,
-    place: Place,
-) -> Result<Vec<Shown>, Error> {
-    let (width, height) = (scene.camera.width(), scene.camera.height());
-    let (x, y) = place.pixel;
-    if x >= width || y >= height {
-        return Err(Error::usage(format!("--pixel {x},{y}: the image has {width}x{height} pixels, counted from 0")));
-    }
-    let samples = settings.samples_per_replicate;
-    if place.sample >= samples {
-        let last = samples - 1;
-        return Err(Error::usage(format!(
-            "--sample {}: a replicate has {samples} samples per pixel, 0 to {last}; give --spp and --replicates of the image",
-            place.sample
-        )));
-    }
-    let request: Request =
-        integrators::render::request(scene, method, settings, &integrators::PartSettings::default())?;
-    let key = StreamKey::new(settings.seed, &settings.instance, settings.role, place.replicate);
-    let replicate = Replicate { key, sampler: settings.sampler, samples };
-    let names = Names { surfaces: scene.labels.surfaces(), emitters: scene.labels.emitters() };
-    let mut shown = Vec::new();
-    let mut show = |c: &Contribution| {
-        if request.wants(c.technique.order()) {
-            shown.push(names.show(c));
-        }
-    };
-    match method.replay(scene, &request, replicate, place.pixel, place.sample, &mut show) {
-        true => Ok(shown),
-        false => {
-            Err(Error::usage(format!("{} has no samples that stand alone, so none can be replayed", method.name())))
-        }
-    }
+/// Traces samples of a method's image of a scene again: what all of them need is gathered once.
+pub struct Retracing<'a> {
+    scene: &'a Scene,
+    method: &'a dyn Integrator,
+    settings: &'a RenderSettings,
+    request: Request,
+    names: Names,
 }
 
-/// The path of a contribution that a render kept; `None` if the sample does not give it again, to the bit.
-///
-/// # Errors
-/// Those of [`replay`].
-pub fn find(
-    scene: &Scene,
-    method: &dyn Integrator,
-    settings: &RenderSettings,
-    firefly: &Firefly,
-) -> Result<Option<Shown>, Error> {
-    let Firefly { replicate, pixel, sample, technique, raster, value, weight } = *firefly;
-    let same = |shown: &Shown| {
-        let bits = |values: &[f32]| -> Vec<u32> { values.iter().map(|v| v.to_bits()).collect() };
-        shown.technique == technique
-            && bits(&shown.raster) == bits(&raster.to_array())
-            && bits(&shown.raw) == bits(&value.to_array())
-            && shown.weight.to_bits() == weight.to_bits()
-    };
-    Ok(replay(scene, method, settings, Place { replicate, pixel, sample })?.into_iter().find(same))
+impl<'a> Retracing<'a> {
+    /// Of an image by these settings, with the number of samples per replicate that it had, since samplers stratify by it.
+    ///
+    /// # Errors
+    /// If the method cannot render the scene.
+    pub fn new(scene: &'a Scene, method: &'a dyn Integrator, settings: &'a RenderSettings) -> Result<Self, Error> {
+        let request = integrators::render::request(scene, method, settings, &integrators::PartSettings::default())?;
+        let names = Names { surfaces: scene.labels.surfaces(), emitters: scene.labels.emitters() };
+        Ok(Self { scene, method, settings, request, names })
+    }
+
+    /// The contributions of a sample.
+    ///
+    /// # Errors
+    /// If there is no such sample, or the method has none that stands alone.
+    pub fn sample(&self, place: Place) -> Result<Vec<Shown>, Error> {
+        self.check(place)?;
+        let RenderSettings { seed, instance, role, sampler, samples_per_replicate, .. } = self.settings;
+        let key = StreamKey::new(*seed, instance, *role, place.replicate);
+        let replicate = Replicate { key, sampler: *sampler, samples: *samples_per_replicate };
+        let mut shown = Vec::new();
+        let mut show = |c: &Contribution| {
+            if self.request.wants(c.technique.order()) {
+                shown.push(self.names.show(c));
+            }
+        };
+        match self.method.replay(self.scene, &self.request, replicate, place.pixel, place.sample, &mut show) {
+            true => Ok(shown),
+            false => Err(Error::usage(format!(
+                "{} has no samples that stand alone, so none can be replayed",
+                self.method.name()
+            ))),
+        }
+    }
+
+    /// The path of a contribution that a render kept; `None` if the sample does not give it again, to the bit.
+    ///
+    /// # Errors
+    /// Those of [`Self::sample`].
+    pub fn find(&self, firefly: &Firefly) -> Result<Option<Shown>, Error> {
+        let Firefly { replicate, pixel, sample, technique, raster, value, weight } = *firefly;
+        let same = |shown: &Shown| {
+            let bits = |values: &[f32]| -> Vec<u32> { values.iter().map(|v| v.to_bits()).collect() };
+            shown.technique == technique
+                && bits(&shown.raster) == bits(&raster.to_array())
+                && bits(&shown.raw) == bits(&value.to_array())
+                && shown.weight.to_bits() == weight.to_bits()
+        };
+        Ok(self.sample(Place { replicate, pixel, sample })?.into_iter().find(same))
+    }
+
+    fn check(&self, place: Place) -> Result<(), Error> {
+        let (width, height) = (self.scene.camera.width(), self.scene.camera.height());
+        let (x, y) = place.pixel;
+        if x >= width || y >= height {
+            return Err(Error::usage(format!(
+                "--pixel {x},{y}: the image has {width}x{height} pixels, counted from 0"
+            )));
+        }
+        let samples = self.settings.samples_per_replicate;
+        if place.sample >= samples {
+            let last = samples - 1;
+            return Err(Error::usage(format!(
+                "--sample {}: a replicate has {samples} samples per pixel, 0 to {last}; give --spp and --replicates of the image",
+                place.sample
+            )));
+        }
+        Ok(())
+    }
 }
 
 /// What surfaces and emitters go by.

@@ -4,7 +4,7 @@ use crate::cli::{ReplayArgs, print};
 use crate::config::samples_per_replicate;
 use crate::error::{Error, Status};
 use crate::progress::{Verbosity, while_loading};
-use crate::replay::{Place, Shown, in_words, replay as trace};
+use crate::replay::{Place, Retracing, Shown, in_words};
 use crate::subject::{DEFAULT_SPP, Subject};
 use integrators::contribution::Technique;
 use integrators::{Methods, RenderSettings};
@@ -38,7 +38,7 @@ pub fn contributions(args: &ReplayArgs, methods: &Methods) -> Result<(String, Ve
     let Subject { scene, method, settings, .. } = Subject::load(image, methods)?;
     let settings = RenderSettings { samples_per_replicate, ..settings };
     let place = Place { replicate: args.replicate, pixel: args.pixel, sample: args.sample };
-    let mut shown = trace(&scene, &*method, &settings, place)?;
+    let mut shown = Retracing::new(&scene, &*method, &settings)?.sample(place)?;
     if let Some((s, t)) = args.strategy {
         shown.retain(|shown| shown.technique == Technique::Connect { s, t });
     }
