@@ -39,7 +39,7 @@ fn compare(scene: &Scene, samples: u32, irradiance: impl Fn(DVec3) -> f64) {
 }
 
 /// Irradiance at `p` with normal `n` from a polygon of radiance 1, all above the horizon, by Lambert's formula.
-fn lambert_irradiance(p: DVec3, n: DVec3, polygon: &[DVec3]) -> f64 {
+pub fn lambert_irradiance(p: DVec3, n: DVec3, polygon: &[DVec3]) -> f64 {
     let edge = |i: usize| {
         let [a, b] = [polygon[i], polygon[(i + 1) % polygon.len()]].map(|corner| (corner - p).normalize());
         a.dot(b).clamp(-1.0, 1.0).acos() * n.dot(a.cross(b).normalize())

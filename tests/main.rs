@@ -33,6 +33,7 @@ mod shapes;
 mod sides;
 mod splats;
 mod statistics;
+mod stress;
 mod subsurface;
 mod support;
 mod textures;

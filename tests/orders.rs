@@ -9,7 +9,7 @@ use glam::{DVec3, dvec3};
 use integrators::Integrator;
 use sampling::bsdf::{Bsdf, Mirror};
 use sampling::math::Spectrum;
-use sampling::{Vec3, vec3};
+use sampling::vec3;
 use scenes::{Emission, MeshData, Scene, SceneBuilder, Skip, Texture};
 
 /// Width and height of the images.
@@ -93,7 +93,7 @@ fn sphere_with_a_point_emitter_at_its_centre() {
         base: Spectrum::splat(base),
         slope: Spectrum::splat(slope),
         axis: vec3(0.0, 0.0, 1.0),
-        origin: Vec3::ZERO,
+        origin: DVec3::ZERO,
         scale: radius as f32,
     };
     let wall = builder.material(scenes::Material::lambert(albedo));

@@ -122,12 +122,17 @@ pub struct Rendered {
 impl Rendered {
     /// The mean over some pixels of a layer, whatever the correlation between them.
     pub fn over(&self, layer: usize, pixels: &[usize]) -> Estimate {
+        Estimate::of(&self.replicates_over(layer, pixels))
+    }
+
+    /// The same of every replicate.
+    pub fn replicates_over(&self, layer: usize, pixels: &[usize]) -> Vec<f64> {
         let (all, layers) = (self.measurement.pixels(), self.measurement.layers.len());
         let replicates = self.grey.chunks(all * layers).map(|replicate| {
             let image = &replicate[layer * all..(layer + 1) * all];
             pixels.iter().map(|&p| image[p]).sum::<f64>() / pixels.len() as f64
         });
-        Estimate::of(&replicates.collect::<Vec<_>>())
+        replicates.collect()
     }
 
     /// The mean over some pixels of the sum of all layers.
@@ -142,7 +147,12 @@ impl Rendered {
 
     /// The mean over all pixels of a layer.
     pub fn image(&self, layer: usize) -> Estimate {
-        self.over(layer, &(0..self.measurement.pixels()).collect::<Vec<_>>())
+        self.over(layer, &self.all())
+    }
+
+    /// All pixels.
+    pub fn all(&self) -> Vec<usize> {
+        (0..self.measurement.pixels()).collect()
     }
 
     /// The image divided into `columns` × `columns` blocks of pixels.

@@ -12,7 +12,7 @@
 //! - [`convergence`]: variance against samples and its slope; [`ratio`]: samplers against one another; [`integrals`]: integrals of
 //!   known value, to try samplers on; [`agreement`]: do two methods have the same mean?
 //!   [`path_class`]: the light that a method cannot carry; [`replay`]: one sample's paths, vertex by vertex; [`fireflies`]: those
-//!   that bring most; [`metrics`]: how far one image is from another; [`mod@statistics`]: the intervals and tests of all of these;
+//!   that bring most; [`stress`]: one scene in other units; [`metrics`]: how far one image is from another; [`mod@statistics`]: the intervals and tests of all of these;
 //! - [`record`]: `records.csv`; [`manifest`]: where they come from; [`statistics_file`]: `--stats`; [`export`]: images; [`plot`], [`report`]:
 //!   what people look at; [`output`]: where all of that goes, whole or not at all;
 //! - [`machine`], [`mod@program`], [`progress`], [`stop`]: memory and clock, the build, the bar, Ctrl-C.
@@ -59,5 +59,6 @@ pub mod states;
 pub mod statistics;
 pub mod statistics_file;
 pub mod stop;
+pub mod stress;
 pub mod subject;
 pub mod verify_command;

@@ -8,13 +8,14 @@ use crate::agreement;
 use crate::cli::{VerifyArgs, print};
 use crate::config::{Experiment, MethodEntry, Sizes};
 use crate::error::{Error, Status};
-use crate::export::notation::listed;
+use crate::export::notation::{enumerated, listed};
 use crate::plan::Plan;
-use crate::progress::{Verbosity, while_loading};
+use crate::progress::{Progress, Verbosity, while_loading};
 use crate::result::{AgreementRow, MethodResult, Verdict};
 use crate::source::Source;
 use crate::states::States;
 use crate::stop::Stop;
+use crate::stress::{self, Amount, Stressed};
 use crate::{budget, runner};
 use integrators::{Layer, Methods};
 use scenes::{LoadOptions, Skip};
@@ -42,6 +43,8 @@ struct Findings {
     /// Non-finite samples of each method.
     invalid: BTreeMap<String, u64>,
     pairs: Vec<Pair>,
+    /// What other units and places do to it; only if that was asked for.
+    stress: Vec<Stressed>,
     holds: bool,
     sentence: String,
 }
@@ -100,7 +103,35 @@ fn one(
     let (mut plan, left_out) = while_loading(verbosity, || plan(scene, args, methods))?;
     let results = runner::run(&mut plan, &mut States::none(), verbosity, stop)?.methods;
     let rows = agreement::compare(&results.iter().collect::<Vec<_>>());
-    Ok(findings(&results, &rows, left_out))
+    let stress = if args.stress { stressed(scene, args, plan, &results, verbosity, stop)? } else { Vec::new() };
+    Ok(findings(&results, &rows, left_out, stress))
+}
+
+/// What other units and places do to a scene, by the methods that were compared and a quarter of their samples.
+fn stressed(
+    scene: &str,
+    args: &VerifyArgs,
+    plan: Plan,
+    results: &[MethodResult],
+    verbosity: Verbosity,
+    stop: &Stop,
+) -> Result<Vec<Stressed>, Error> {
+    let Some(first) = results.first() else { return Ok(Vec::new()) };
+    let samples = first.measurement.samples_per_replicate.div_ceil(4);
+    let max_order = plan.experiment.max_order;
+    // A closed form is not known of a scene that was changed.
+    let methods: Vec<_> = plan.methods.into_iter().map(|p| p.method).filter(|m| m.name() != "exact").collect();
+    drop(plan.scenes);
+    let subject = stress::Subject {
+        scene,
+        size: (first.measurement.width, first.measurement.height),
+        methods: &methods,
+        max_order,
+        seed: args.seed,
+        amount: Amount { samples, replicates: args.replicates },
+    };
+    let mut progress = Progress::new(subject.work(), verbosity);
+    subject.stress(&mut progress, stop)
 }
 
 /// The experiment that this is: every method that can render the scene, with its defaults.
@@ -145,14 +176,15 @@ fn plan(scene: &str, args: &VerifyArgs, methods: &Methods) -> Result<(Plan, Vec<
     Ok((Plan::new(&Source::of_command("verify"), experiment, methods)?, left_out))
 }
 
-fn findings(results: &[MethodResult], rows: &[AgreementRow], left_out: Vec<String>) -> Findings {
+fn findings(results: &[MethodResult], rows: &[AgreementRow], left_out: Vec<String>, stress: Vec<Stressed>) -> Findings {
     let pairs: Vec<Pair> = rows.iter().map(pair).collect();
     let named = |value: &dyn Fn(&MethodResult) -> Option<Vec<String>>| {
         results.iter().filter_map(|r| Some((r.label.clone(), value(r)?))).collect::<BTreeMap<_, _>>()
     };
     let invalid: BTreeMap<String, u64> =
         results.iter().map(|r| (r.label.clone(), r.measurement.invalid.iter().sum())).collect();
-    let holds = rows.iter().all(|row| row.verdict != Verdict::Differ) && invalid.values().all(|&n| n == 0);
+    let agree = rows.iter().all(|row| row.verdict != Verdict::Differ) && invalid.values().all(|&n| n == 0);
+    let holds = agree && stress.iter().all(|row| row.holds);
     let first = results.first();
     Findings {
         scene: first.map(|r| r.scene.clone()).unwrap_or_default(),
@@ -165,6 +197,7 @@ fn findings(results: &[MethodResult], rows: &[AgreementRow], left_out: Vec<Strin
         sentence: sentence(rows, &invalid),
         invalid,
         pairs,
+        stress,
         holds,
     }
 }
@@ -189,7 +222,7 @@ fn pair(row: &AgreementRow) -> Pair {
 fn sentence(rows: &[AgreementRow], invalid: &BTreeMap<String, u64>) -> String {
     let differing: Vec<&AgreementRow> = rows.iter().filter(|row| row.verdict == Verdict::Differ).collect();
     let mut text = match differing.as_slice() {
-        [] => agreement_in_words(rows),
+        [] => agreement_in_words(rows) + &unseen_in_words(rows),
         _ => {
             let each = differing.iter().map(|row| format!("{} and {} in order {}", row.a, row.b, row.order.label()));
             let worst = differing.iter().max_by(|a, b| relative(a).total_cmp(&relative(b)));
@@ -202,7 +235,8 @@ fn sentence(rows: &[AgreementRow], invalid: &BTreeMap<String, u64>) -> String {
                     row.order.label()
                 )
             });
-            format!("Methods DIFFER: {}{size}.", each.collect::<Vec<_>>().join(", "))
+            let names = each.collect::<Vec<_>>().join(", ");
+            format!("Methods DIFFER: {names}{size}. A bias stays with more samples; light that a method meets too seldom comes with them.")
         }
     };
     let broken: Vec<String> =
@@ -215,6 +249,27 @@ fn sentence(rows: &[AgreementRow], invalid: &BTreeMap<String, u64>) -> String {
 
 fn relative(row: &AgreementRow) -> f64 {
     2.0 * (row.mean_a - row.mean_b).abs() / (row.mean_a.abs() + row.mean_b.abs()).max(f64::MIN_POSITIVE)
+}
+
+/// Methods that found nothing where others found light, by order.
+fn unseen_in_words(rows: &[AgreementRow]) -> String {
+    let mut unseen: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    for row in rows.iter().filter(|row| row.verdict == Verdict::Inconclusive) {
+        let blind = match (row.mean_a == 0.0, row.mean_b == 0.0) {
+            (true, false) => &row.a,
+            (false, true) => &row.b,
+            _ => continue,
+        };
+        let orders = unseen.entry(blind).or_default();
+        if !orders.contains(&row.order.label()) {
+            orders.push(row.order.label());
+        }
+    }
+    let each = unseen.into_iter().map(|(method, orders)| {
+        let plural = if orders.len() == 1 { "" } else { "s" };
+        format!(" {method} found nothing in order{plural} {}, where others find light.", enumerated(orders))
+    });
+    each.collect()
 }
 
 fn agreement_in_words(rows: &[AgreementRow]) -> String {
@@ -293,7 +348,7 @@ fn in_words(f: &Findings) -> String {
         .iter()
         .filter(|reason| !reason.starts_with("exact:"))
         .for_each(|reason| text += &format!("  left out: {reason}\n"));
-    text + "  " + &f.sentence + "\n\n"
+    text + "  " + &f.sentence + "\n" + &stress::in_words(&f.stress) + "\n"
 }
 
 fn cell(pair: &Pair) -> String {

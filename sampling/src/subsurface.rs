@@ -69,6 +69,12 @@ impl Subsurface {
         })
     }
 
+    /// The same with all lengths multiplied by this, > 0.
+    #[must_use]
+    pub fn scaled(self, by: f32) -> Self {
+        Self { rate: self.rate / by, ..self }
+    }
+
     /// The surface albedo A, the integral of R over the plane.
     pub fn albedo(&self) -> Spectrum {
         self.albedo

@@ -7,12 +7,14 @@ mod extent;
 mod groups;
 mod hash;
 mod parts;
+mod similar;
 mod varying;
 
 pub use crate::camera::{CameraSettings, Crop, Projection};
 pub use crate::emitter::{ChoiceRule, Emission, EnvironmentImage, Falloff, Mapping, Spot};
 pub use crate::shape::{MeshData, ShapeId};
 pub use groups::GroupId;
+pub use similar::Similarity;
 
 use crate::builtin;
 use crate::error::SceneError;

@@ -58,7 +58,7 @@ pub mod tilt;
 
 pub use builder::{
     CameraSettings, ChoiceRule, Emission, EnvironmentImage, Falloff, GroupId, Mapping, MeshData, SceneBuilder, ShapeId,
-    Spot,
+    Similarity, Spot,
 };
 pub use camera::{Camera, Crop, Projection, Rays, WeSample, WiSample};
 pub use emitter::{Emitter, EmitterId, Endpoint, EndpointKind, LeSample, LiSample};

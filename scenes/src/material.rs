@@ -4,7 +4,8 @@ mod scattering;
 
 pub use scattering::{Blend, Parameters, Scattering};
 
-use crate::relief::Relief;
+use crate::builder::Similarity;
+use crate::relief::{Relief, ReliefMap};
 use crate::subsurface::Body;
 use crate::texture::Texture;
 use sampling::Vec3;
@@ -198,6 +199,19 @@ impl Varying {
 
     fn needs_derivatives(&self) -> bool {
         self.seen.anisotropic || self.relief.is_some()
+    }
+
+    /// Makes it what it is where the scene's coordinates are others.
+    pub(crate) fn resemble(&mut self, similarity: &Similarity) {
+        if let Some(relief) = &mut self.relief {
+            let heights = matches!(relief.map, ReliefMap::Heights(_));
+            let texture = relief.map.texture_mut();
+            let placed = texture.clone().resembling(similarity);
+            *texture = if heights { placed.times(similarity.scale as f32) } else { placed };
+        }
+        for texture in self.scattering.textures_mut().into_iter().chain(&mut self.opacity) {
+            *texture = texture.clone().resembling(similarity);
+        }
     }
 
     /// Makes it what it is once the scene's coordinates have been shifted by `−shift`.

@@ -12,9 +12,13 @@ pub struct Ray {
     pub o: Vec3,
     /// Direction: unit for walks; the unnormalised difference of the ends for segments.
     pub d: Vec3,
-    /// End of the interval, in units of `d`; infinite for walks, 1 for segments.
+    /// End of the interval, in units of `d`; infinite for walks, [`SEGMENT_END`] for segments.
     pub t_max: f32,
 }
+
+/// Where a segment's interval ends: eight roundings short of the far end, so that no surface which that end happens to lie on hides it,
+/// as a wall does whose distance is rounded. It matters to ends that no normal leads off a surface: a camera or a point emitter at a wall.
+pub const SEGMENT_END: f32 = 1.0 - 8.0 * UNIT_ROUNDOFF;
 
 impl Ray {
     /// The unbounded ray from `o` along `d`.
@@ -76,7 +80,7 @@ impl SurfacePoint {
         let o = self.offset_toward(towards);
         // The far end is reached only to the rounding of `d`, which is charged to its error.
         let end = other.moved_toward(-towards, other.p_error + rounding(towards));
-        Ray { o, d: end - o, t_max: 1.0 }
+        Ray { o, d: end - o, t_max: SEGMENT_END }
     }
 
     #[inline]

@@ -126,7 +126,7 @@ mod tests {
             base: Spectrum::ZERO,
             slope: Spectrum::splat(0.5),
             axis: Vec3::X,
-            origin: Vec3::ZERO,
+            origin: glam::DVec3::ZERO,
             scale: 1.0,
         };
         let relief = ReliefMap::Heights(ramp);

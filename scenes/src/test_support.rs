@@ -84,7 +84,7 @@ pub(crate) fn bumpy_ball(n: usize) -> MeshData {
 
 /// A ramp along the z axis through the origin, per metre.
 pub(crate) fn ramp_z(base: Spectrum, slope: Spectrum) -> Texture {
-    Texture::Ramp { base, slope, axis: Vec3::Z, origin: Vec3::ZERO, scale: 1.0 }
+    Texture::Ramp { base, slope, axis: Vec3::Z, origin: DVec3::ZERO, scale: 1.0 }
 }
 
 /// Builds, and panics with the message if that fails.

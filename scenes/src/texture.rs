@@ -7,6 +7,8 @@ mod noise;
 pub use image::{Channel, Encoding, Image, ImageTexture, Wrap};
 pub use noise::Noise;
 
+use crate::builder::Similarity;
+use glam::DVec3;
 use sampling::math::Spectrum;
 use sampling::{Vec2, Vec3, vec2};
 
@@ -45,7 +47,7 @@ pub enum Texture {
         /// Direction of change.
         axis: Vec3,
         /// Where the value is `base` \[m\].
-        origin: Vec3,
+        origin: DVec3,
         /// Length over which the value changes by `slope` \[m\].
         scale: f32,
     },
@@ -99,7 +101,8 @@ impl Texture {
         match self {
             Texture::Constant(value) => *value,
             Texture::Ramp { base, slope, axis, origin, scale } => {
-                *base + *slope * ((point.p - *origin).dot(*axis) / *scale)
+                let from_origin = (point.p.as_dvec3() - *origin).as_vec3();
+                *base + *slope * (from_origin.dot(*axis) / *scale)
             }
             Texture::Image(image) => image.at(point.uv),
             Texture::Checkerboard { values, map } => {
@@ -186,10 +189,40 @@ impl Texture {
         }
     }
 
-    /// The same texture after the scene's coordinates have been shifted by `−shift`.
-    pub(crate) fn recentred(mut self, shift: glam::DVec3) -> Self {
+    /// The same texture where the scene's coordinates are others.
+    pub(crate) fn resembling(mut self, similarity: &Similarity) -> Self {
+        let Similarity { scale: by, offset } = *similarity;
         match &mut self {
-            Texture::Ramp { origin, .. } => *origin = (origin.as_dvec3() - shift).as_vec3(),
+            Texture::Ramp { origin, scale, .. } => {
+                *origin = *origin * by + offset;
+                *scale *= by as f32;
+            }
+            Texture::Noise(noise) => {
+                noise.origin = noise.origin * by + offset;
+                noise.size *= by as f32;
+            }
+            Texture::Constant(_) | Texture::Image(_) | Texture::Checkerboard { .. } | Texture::VertexColour => {}
+        }
+        self
+    }
+
+    /// A texture of so many times the values; but vertices keep their colours.
+    pub(crate) fn times(mut self, factor: f32) -> Self {
+        match &mut self {
+            Texture::Constant(value) => *value *= factor,
+            Texture::Ramp { base, slope, .. } => (*base, *slope) = (*base * factor, *slope * factor),
+            Texture::Image(image) => image.scale *= factor,
+            Texture::Checkerboard { values, .. } => values.iter_mut().for_each(|value| *value *= factor),
+            Texture::Noise(noise) => (noise.low, noise.high) = (noise.low * factor, noise.high * factor),
+            Texture::VertexColour => {}
+        }
+        self
+    }
+
+    /// The same texture after the scene's coordinates have been shifted by `−shift`.
+    pub(crate) fn recentred(mut self, shift: DVec3) -> Self {
+        match &mut self {
+            Texture::Ramp { origin, .. } => *origin -= shift,
             Texture::Noise(noise) => noise.origin -= shift,
             _ => {}
         }

@@ -18,6 +18,8 @@ fn a_scene_is_verified_in_words_and_in_json() {
     let furnace =
         succeed(folder.path(), &["-q", "verify", "furnace", "--size", "4x4", "--max-order", "1", "--spp", "32"]);
     assert!(furnace.contains("bdpt – exact"), "{furnace}");
+    let stressed = succeed(folder.path(), &[&options[..], &["--stress"]].concat());
+    assert!(stressed.contains("the same to the bit when it is 2^-20"), "{stressed}");
     refused(folder.path(), &["verify", "rom.toml"], &["rom.toml", "room.toml"]);
     refused(folder.path(), &["verify", "room.toml", "--spp", "100"], &["96 or 112"]);
 }

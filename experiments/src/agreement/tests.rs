@@ -105,3 +105,13 @@ fn a_bias_is_found_over_the_image_and_in_a_part_of_it() {
     assert_eq!(locally.verdict, Verdict::Differ, "{locally:?}");
     assert!(locally.rejected > 0, "{locally:?}");
 }
+
+/// What a method has not met once may be rare; where it is known that there is none, all that is found is too much.
+#[test]
+fn nothing_against_something_decides_nothing_unless_nothing_is_the_truth() {
+    let mut results = results(0.0, 32);
+    let verdict = |results: &[MethodResult]| compare(&[&results[0], &results[1]]).swap_remove(1).verdict;
+    assert_eq!(verdict(&results), Verdict::Inconclusive);
+    results[1].method = "exact".to_owned();
+    assert_eq!(verdict(&results), Verdict::Differ);
+}

@@ -180,6 +180,9 @@ pub struct VerifyArgs {
     /// Threads [default: all cores].
     #[arg(long, value_name = "T", value_parser = parse_threads)]
     pub threads: Option<usize>,
+    /// Render the scene in other units and at other places too, where it should look the same.
+    #[arg(long)]
+    pub stress: bool,
     /// As JSON.
     #[arg(long)]
     pub json: bool,

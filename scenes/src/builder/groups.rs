@@ -96,6 +96,11 @@ impl SceneBuilder {
         self.members += 1;
     }
 
+    /// Moves the instances that stand in no group.
+    pub(super) fn place_by(&mut self, map: DAffine3) {
+        self.placements.iter_mut().for_each(|placement| placement.transform = map * placement.transform);
+    }
+
     /// Whether a shape must be copied for each instance of its group.
     fn is_copied(&self, shape: &Shape) -> bool {
         let ramp = |material: &Material| {

@@ -149,7 +149,7 @@ fn a_distant_scene_is_recentred_and_loses_nothing() {
         base: Spectrum::splat(0.5),
         slope: Spectrum::splat(0.25),
         axis: sampling::Vec3::X,
-        origin: place.as_vec3(),
+        origin: place,
         scale: 1.0,
     };
     let ramp = builder.material(Material::lambert(albedo));

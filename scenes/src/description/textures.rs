@@ -135,7 +135,7 @@ fn ramp(table: &Table) -> Result<Texture, SceneError> {
         base: ramp.need("base", "0.5")?.colour()?,
         slope: ramp.need("slope", "0.4")?.colour()?,
         axis: ramp.need("axis", "[0, 0, 1]")?.direction()?.as_vec3(),
-        origin: origin.as_vec3(),
+        origin,
         scale: scale as f32,
     })
 }

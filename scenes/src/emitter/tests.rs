@@ -36,7 +36,7 @@ fn emitters() -> Vec<(&'static str, Scene)> {
         base: Spectrum::new(2.0, 3.0, 4.0),
         slope: Spectrum::new(0.5, -0.5, 0.2),
         axis: vec3(0.6, 0.0, 0.8),
-        origin: Vec3::ZERO,
+        origin: DVec3::ZERO,
         scale: 1.0,
     };
     let ellipse: Add = |b, m| b.disk(dvec3(0.1, 0.2, 0.9), dvec3(-0.5, 0.3, 0.1), dvec3(0.1, 0.3, -0.3), m);

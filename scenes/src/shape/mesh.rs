@@ -98,8 +98,13 @@ pub(crate) fn bake_mesh(mut mesh: MeshData, transform: &DAffine3, flipped: bool,
     if turned {
         triangles.par_iter_mut().for_each(|t| t.swap(1, 2));
     }
-    // The normal of a triangle without area stands as zero until all are there.
-    let front_of = |t: &[u32; 3]| Triangle(t.map(|vertex| positions[vertex as usize])).normal().unwrap_or(Vec3::ZERO);
+    // The normal of a triangle without area stands as zero until all are there. One with a vertex beyond `f32` has no normal either, but
+    // is kept, for the check of the scene's extent to find.
+    let front_of = |t: &[u32; 3]| {
+        let triangle = Triangle(t.map(|vertex| positions[vertex as usize]));
+        let beyond = || triangle.0.iter().any(|vertex| !vertex.is_finite());
+        triangle.normal().unwrap_or_else(|| if beyond() { Vec3::X } else { Vec3::ZERO })
+    };
     let mut fronts: Vec<Vec3> = triangles.par_iter().map(front_of).collect();
     let all = triangles.len();
     if fronts.par_iter().any(|front| *front == Vec3::ZERO) {
