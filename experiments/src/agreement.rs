@@ -83,7 +83,9 @@ impl<'a> Comparison<'a> {
         };
         let rounding = rounding(order);
         let (image_a, image_b) = (image_means(&a.measurement, layer), image_means(&b.measurement, layer));
-        let lean = lean(&image_a).max(lean(&image_b));
+        // The closed form has no distribution.
+        let lean_of = |image: &[f64], method: &MethodResult| if method.method == "exact" { 0.0 } else { lean(image) };
+        let lean = lean_of(&image_a, a).max(lean_of(&image_b, b));
         let (image_a, image_b): (Moments, Moments) = (image_a.into_iter().collect(), image_b.into_iter().collect());
         // A closed form that is zero is no accident.
         let dark = |image: &Moments, method: &MethodResult| image.mean == 0.0 && method.method != "exact";

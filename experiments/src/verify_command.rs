@@ -236,7 +236,9 @@ fn sentence(rows: &[AgreementRow], invalid: &BTreeMap<String, u64>) -> String {
                 )
             });
             let names = each.collect::<Vec<_>>().join(", ");
-            format!("Methods DIFFER: {names}{size}. A bias stays with more samples; light that a method meets too seldom comes with them.")
+            format!(
+                "Methods DIFFER: {names}{size}. A bias stays with more samples; light that a method meets too seldom comes with them."
+            )
         }
     };
     let broken: Vec<String> =
