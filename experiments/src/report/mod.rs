@@ -86,6 +86,7 @@ mod tests {
             samples,
             replicates: 32,
             seconds: 0.1,
+            replicate_seconds: Vec::new(),
             order: Some(Layer::Order(1)),
             variance,
             ci: (variance * 0.9, variance * 1.1),
@@ -101,6 +102,9 @@ mod tests {
             settings: serde_json::json!({"note": scene}),
             setting: String::new(),
             measurement: measurement(name, replicates, false),
+            intervals: None,
+            judged: None,
+            marginal: Vec::new(),
             convergence: vec![point(1, 1.0), point(2, 0.0), point(4, f64::NAN)],
             missing_light: if name == "direct" { vec![scene.to_owned()] } else { Vec::new() },
             skipped: Vec::new(),
@@ -139,6 +143,7 @@ mod tests {
             ci: (f64::NAN, f64::NAN),
             intercept: f64::NAN,
             points: 1,
+            on_seconds: None,
         };
         let scene = SceneRecord {
             name: name.to_owned(),
@@ -147,6 +152,7 @@ mod tests {
             filter: "box".to_owned(),
             skipped: vec![name.to_owned()],
             notes: vec![name.to_owned()],
+            reference: String::new(),
         };
         let record = MethodRecord {
             label: name.to_owned(),
@@ -202,6 +208,8 @@ mod tests {
             agreement: vec![agreement],
             slopes: vec![slope],
             ratios: vec![ratio],
+            references: Vec::new(),
+            sequences: Vec::new(),
             integrals: Vec::new(),
             fireflies: vec![firefly],
             manifest,
