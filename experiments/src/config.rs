@@ -229,7 +229,9 @@ impl Experiment {
             return self.check_until(until);
         }
         match (self.spp, self.seconds) {
-            _ if self.max_spp.is_some() => fault("max_spp", "max_spp is the end of `until`; give that too, or leave it out"),
+            _ if self.max_spp.is_some() => {
+                fault("max_spp", "max_spp is the end of `until`; give that too, or leave it out")
+            }
             (None, None) => fault("spp", "no budget; give spp (samples per pixel) or seconds"),
             (Some(_), Some(_)) => fault("seconds", "spp and seconds are both given; leave one out"),
             (Some(spp), None) => samples_per_replicate(spp, self.replicates).map(|_| ()).or_else(|e| fault("spp", e)),
@@ -245,9 +247,10 @@ impl Experiment {
         samples_per_replicate(spp, self.replicates).map(|_| ()).or_else(|e| fault("spp", e))?;
         match (self.max_spp, self.seconds) {
             (None, None) => fault("until", "it might never end; give max_spp or seconds, the most that it may take"),
-            (Some(most), _) if most < spp => {
-                fault("max_spp", format!("max_spp {most} is below the {spp} samples to begin with; give more, or a lower spp"))
-            }
+            (Some(most), _) if most < spp => fault(
+                "max_spp",
+                format!("max_spp {most} is below the {spp} samples to begin with; give more, or a lower spp"),
+            ),
             (_, Some(seconds)) => check_seconds(seconds).or_else(|e| fault("seconds", e)),
             _ => Ok(()),
         }

@@ -5,8 +5,8 @@ use crate::export::{ExportError, write_atomically};
 use crate::machine::{VERSION, machine, timestamp};
 use crate::plan::{Plan, PlannedMethod, PlannedScene};
 use crate::program::program;
-use crate::runner::reference_hash;
 use crate::result::{Manifest, MethodRecord, RenderRecord, SceneRecord};
+use crate::runner::reference_hash;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::SystemTime;
@@ -125,7 +125,8 @@ fn table(experiment: &Experiment) -> Option<toml::Table> {
 /// How a replicate differs: in its samples, or in the time that it is given.
 fn other_replicates(old: &Experiment, new: &Experiment) -> Option<String> {
     let samples = |e: &Experiment| e.spp.map(|spp| spp / e.replicates);
-    let seconds = |e: &Experiment| e.seconds.filter(|_| e.until.is_none()).map(|seconds| seconds / f64::from(e.replicates));
+    let seconds =
+        |e: &Experiment| e.seconds.filter(|_| e.until.is_none()).map(|seconds| seconds / f64::from(e.replicates));
     if samples(old) == samples(new) && seconds(old) == seconds(new) {
         return None;
     }

@@ -13,6 +13,7 @@
 //! | `covariance:J` | image mean of the covariance of one sample between this row's order and order J ≥ it |
 //! | `efficiency` | 1 / (variance of a replicate · its seconds) |
 //! | `mse`, `bias2`, `relmse`, `smape`, `flip` | against the scene's reference: errors of a replicate, and what of `mse` no samples remove |
+//! | `bias2_p` | the p-value of the test that there is no bias, not corrected for the number of tests |
 //! | `time_to_error:E` | seconds to the relative mean squared error E, infinite where the bias forbids it |
 //! | `marginal_seconds`, `marginal_efficiency` | what an order adds to a replicate's time, and 1 / (variance of a replicate · that) |
 //! | `reference_noise` | of the reference: root of the mean variance over the mean |
@@ -237,7 +238,14 @@ impl Table {
             let value = m.covariance[i * layers + j].iter().sum::<f64>() / 3.0 * n;
             let ci = method.intervals.as_ref().and_then(|known| known.covariance[j * (j + 1) / 2 + i].interval);
             let (ci_low, ci_high) = (ci.map(|ci| ci.0 * n), ci.map(|ci| ci.1 * n));
-            self.add(Record { order: m.layers[i].label(), quantity: &quantity, value, ci_low, ci_high, ..blank.clone() });
+            self.add(Record {
+                order: m.layers[i].label(),
+                quantity: &quantity,
+                value,
+                ci_low,
+                ci_high,
+                ..blank.clone()
+            });
         }
     }
 

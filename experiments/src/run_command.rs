@@ -17,7 +17,8 @@ use crate::source::Source;
 use crate::states::States;
 use crate::stop::Stop;
 use crate::{
-    agreement, budget, convergence, fireflies, manifest, output, ratio, record, reference, report, runner, settings, states,
+    agreement, budget, convergence, fireflies, manifest, output, ratio, record, reference, report, runner, settings,
+    states,
 };
 use integrators::{Methods, Part};
 use std::path::{Path, PathBuf};
@@ -219,7 +220,13 @@ fn write_all(folder: &mut Folder, result: &ExperimentResult) -> Result<(), Error
     }
     for SceneTruth { scene, truth } in result.references.iter().filter(|r| !r.truth.pooled.is_empty()) {
         let hash = result.manifest.scenes.iter().find(|s| s.name == *scene).map_or("", |s| s.hash.as_str());
-        reference::file::write(&staging.join(format!("{scene}_reference.exr")), truth, scene, hash, result.experiment.seed)?;
+        reference::file::write(
+            &staging.join(format!("{scene}_reference.exr")),
+            truth,
+            scene,
+            hash,
+            result.experiment.seed,
+        )?;
     }
     record::write_records(staging, result)?;
     let fireflies = fireflies::in_lines(&result.fireflies);

@@ -17,8 +17,8 @@ use crate::result::{Checkpoint, IntegralResult, MethodResult, RenderRecord, Scen
 use crate::states::{States, Unit};
 use crate::stop::Stop;
 use integrators::{PartSettings, Render, RenderSettings, Request, Window, render};
-pub use reference::hash as reference_hash;
 use reference::Works;
+pub use reference::hash as reference_hash;
 use std::sync::Arc;
 use until::{Goal, Quest};
 
@@ -94,7 +94,8 @@ enum Pilot {
 
 /// Samples of a replicate, by scene and method.
 fn samples_per_replicate(plan: &Plan, states: &mut States, stop: &Stop) -> Result<Vec<Vec<u32>>, Error> {
-    let mut of = |scene: &PlannedScene, planned: &PlannedMethod| by_pilot(plan, scene, planned, Pilot::Each, states, stop);
+    let mut of =
+        |scene: &PlannedScene, planned: &PlannedMethod| by_pilot(plan, scene, planned, Pilot::Each, states, stop);
     plan.scenes.iter().map(|scene| plan.methods.iter().map(|planned| of(scene, planned)).collect()).collect()
 }
 

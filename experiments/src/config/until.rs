@@ -42,7 +42,12 @@ impl Until {
         let target = match (self.relative_error, self.detectable_bias) {
             (Some(error), None) => error,
             (None, Some(bias)) => bias,
-            _ => return fault("until", "give either relative_error or detectable_bias, such as { relative_error = 0.01 }"),
+            _ => {
+                return fault(
+                    "until",
+                    "give either relative_error or detectable_bias, such as { relative_error = 0.01 }",
+                );
+            }
         };
         if !(target > 0.0 && target < 1.0) {
             return fault("until", format!("{target:?} is no target; give a part of the mean, such as 0.01 for 1 %"));
@@ -81,7 +86,9 @@ impl TryFrom<Value> for OrderChoice {
             (Some("total"), _) => Ok(Self::Total),
             (Some("all"), _) => Ok(Self::All),
             (_, Some(order)) => Ok(Self::One(order)),
-            _ => Err(format!("{value} is no order; give a number, \"all\" for every order, or \"total\" for their sum")),
+            _ => {
+                Err(format!("{value} is no order; give a number, \"all\" for every order, or \"total\" for their sum"))
+            }
         }
     }
 }

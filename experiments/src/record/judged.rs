@@ -42,6 +42,9 @@ impl Table {
                     self.add_estimate(Record { quantity, ..row.clone() }, &found);
                 }
             }
+            if metrics.contains(&Metric::Bias2) {
+                self.add(Record { quantity: "bias2_p", value: judged.layers[i].no_bias, ..row.clone() });
+            }
             for time in &judged.times[i] {
                 let quantity = format!("time_to_error:{}", time.target);
                 let (ci_low, ci_high) = (time.interval.map(|ci| ci.0), time.interval.map(|ci| ci.1));
@@ -79,7 +82,8 @@ impl Table {
         for row in &result.sequences {
             let of = |label: &str| result.methods.iter().find(|m| m.scene == row.scene && m.label == label);
             let Some(first) = of(&row.label) else { continue };
-            let both: Vec<&MethodResult> = [Some(first), row.other.as_deref().and_then(of)].into_iter().flatten().collect();
+            let both: Vec<&MethodResult> =
+                [Some(first), row.other.as_deref().and_then(of)].into_iter().flatten().collect();
             let method = both.iter().map(|m| m.entry.as_str()).collect::<Vec<_>>().join(" vs ");
             let sampler = first.sampler.to_string();
             let quantity = match row.target {

@@ -45,7 +45,9 @@ pub fn write(path: &Path, truth: &Truth, scene: &str, scene_hash: &str, seed: u6
         let to_f32 = |v: [f64; 3]| v.map(|v| v as f32);
         let half = truth.images.second.iter().skip(i).step_by(stride).map(|&v| to_f32(v)).collect();
         let pixels = [truth.mean(at).map(to_f32).collect(), truth.variance(at).map(to_f32).collect(), half];
-        image.layers.extend(names(layer, max_order).into_iter().zip(pixels).map(|(name, pixels)| ImageLayer { name, pixels }));
+        image
+            .layers
+            .extend(names(layer, max_order).into_iter().zip(pixels).map(|(name, pixels)| ImageLayer { name, pixels }));
     }
     let methods: BTreeMap<&str, (u64, &[f64])> =
         truth.pooled.iter().map(|p| (p.label.as_str(), (p.samples, p.weights.as_slice()))).collect();
@@ -105,7 +107,9 @@ pub fn read(path: &Path, scene: &PlannedScene, experiment: &Experiment) -> Resul
     }
     let mut planes = Vec::new();
     for layer in layers.iter().map(|&l| Some(l)).chain([None]) {
-        let of = |name: &String| image.layer(name).ok_or_else(|| wrong(format!("the layer `{name}` is missing; make another")));
+        let of = |name: &String| {
+            image.layer(name).ok_or_else(|| wrong(format!("the layer `{name}` is missing; make another")))
+        };
         let found = names(layer, experiment.max_order).iter().map(of).collect::<Result<Vec<_>, Error>>()?;
         if found.iter().any(|layer| layer.pixels.as_flattened().iter().any(|v| !v.is_finite())) {
             return Err(wrong(format!("the layer `{}` holds what is no number; make another", found[0].name)));

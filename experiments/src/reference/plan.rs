@@ -141,9 +141,8 @@ fn carriers(
             Err(_) => continue,
         };
         let lost = missing(&*planned.method, &scene.scene);
-        let carries = |layer: &Layer| {
-            request.layers().contains(layer) && carries(&lost, Some(*layer), experiment.max_order)
-        };
+        let carries =
+            |layer: &Layer| request.layers().contains(layer) && carries(&lost, Some(*layer), experiment.max_order);
         let mut takes_part: Vec<bool> = layers.iter().map(carries).collect();
         if let Some(exact) = carriers.first().filter(|first| methods[first.method].method.name() == EXACT) {
             takes_part.iter_mut().zip(&exact.takes_part).for_each(|(mine, known)| *mine &= !known);

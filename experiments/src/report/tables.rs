@@ -174,33 +174,42 @@ pub(super) fn number_cell(m: &mut Markup, value: f64, written: String) {
     });
 }
 
-/// The fitted slopes: a row an order, a column a method.
+/// The fitted slopes, against samples and against seconds: a row an order, a column a method.
 pub fn slopes(m: &mut Markup, rows: &[&SlopeRow], methods: &[&MethodResult], columns: &[Option<Layer>]) {
-    scrolling(m, "Slopes", |m| {
-        m.line(
-            "caption",
-            &[],
-            "Slope of log variance against log samples: estimate and 95 % bootstrap interval. Independent samples have −1",
-        );
-        head(m, "order", "number", methods.iter().map(|m| &m.label));
-        m.element("tbody", &[], |m| {
-            for &column in columns {
-                m.element("tr", &[], |m| {
-                    order_head(m, column);
-                    for method in methods {
-                        let row = rows.iter().find(|r| r.label == method.label && r.order == column);
-                        let written = row.map_or("—".to_owned(), |r| {
-                            format!("{} [{:.2}, {:.2}]", plot::two_digits(r.slope), r.ci.0, r.ci.1).replace('-', "−")
-                        });
-                        match row {
-                            Some(row) => number_cell(m, row.slope, written),
-                            None => m.line("td", &[("class", &"number")], written),
+    let on_samples =
+        "Slope of log variance against log samples: estimate and 95 % bootstrap interval. Independent samples have −1";
+    let on_seconds = "The same against log seconds, which what a replicate costs whatever its samples makes steeper";
+    for (caption, seconds) in [(on_samples, false), (on_seconds, true)] {
+        scrolling(m, "Slopes", |m| {
+            m.line("caption", &[], caption);
+            head(m, "order", "number", methods.iter().map(|m| &m.label));
+            m.element("tbody", &[], |m| {
+                for &column in columns {
+                    m.element("tr", &[], |m| {
+                        order_head(m, column);
+                        for method in methods {
+                            let row = rows.iter().find(|r| r.label == method.label && r.order == column);
+                            let line = |row: &&&SlopeRow| match seconds {
+                                false => Some((row.slope, row.ci)),
+                                true => row.on_seconds.map(|line| (line.slope, line.ci)),
+                            };
+                            slope_cell(m, row.as_ref().and_then(line));
                         }
-                    }
-                });
-            }
+                    });
+                }
+            });
         });
-    });
+    }
+}
+
+fn slope_cell(m: &mut Markup, slope: Option<(f64, (f64, f64))>) {
+    match slope {
+        Some((slope, ci)) => {
+            let written = format!("{} [{:.2}, {:.2}]", plot::two_digits(slope), ci.0, ci.1).replace('-', "−");
+            number_cell(m, slope, written);
+        }
+        None => m.line("td", &[("class", &"number")], "—"),
+    }
 }
 
 pub(super) fn order_head(m: &mut Markup, layer: Option<Layer>) {

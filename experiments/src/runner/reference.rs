@@ -28,7 +28,8 @@ impl<'a> Works<'a> {
         let SceneReference::Made(carriers) = &reference.scenes[scene] else { return None };
         let work = |carrier: &'a Carrier, (what, role, samples): (&str, Role, u32), judged_by: &str| {
             let instance = format!("{} {what}", carrier.settings.instance);
-            let settings = RenderSettings { samples_per_replicate: samples, role, instance, ..carrier.settings.clone() };
+            let settings =
+                RenderSettings { samples_per_replicate: samples, role, instance, ..carrier.settings.clone() };
             Work {
                 scene: &plan.scenes[scene],
                 planned: &reference.methods[carrier.method],

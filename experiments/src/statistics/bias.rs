@@ -10,6 +10,7 @@
 
 use super::means::{NORMAL_QUANTILE, student_quantile};
 use super::{Estimate, Interval};
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Replicates from which on the interval of bias² is valid.
 pub const BIAS_VALID_FROM: usize = 8;
@@ -17,12 +18,32 @@ pub const BIAS_VALID_FROM: usize = 8;
 /// bias² from `c_r` of the second replicate and those after it, and the standard error that the reference gives to it.
 pub fn bias2(cross: &[f64], shared: f64) -> Estimate {
     let replicates = cross.len() + 1;
-    let all = (replicates * cross.len()) as f64;
-    let weights = (1..replicates).map(|r| 2.0 * r as f64 / all);
-    let value: f64 = weights.clone().zip(cross).map(|(w, c)| w * c).sum();
-    let spread: f64 = weights.zip(cross).map(|(w, c)| (w * (c - value)).powi(2)).sum();
+    let (value, spread) = mean_and_spread(cross);
     let interval = (replicates >= 6).then(|| bias2_interval(value, spread, shared, replicates));
     Estimate::new(value, interval, replicates, BIAS_VALID_FROM)
+}
+
+/// The p-value of the test that there is no bias: how often bias² looks as large as this where it is 0, by Student's t of R/2 − 1 degrees of
+/// freedom. 1 for fewer replicates than it holds for.
+pub fn no_bias(cross: &[f64], shared: f64) -> f64 {
+    let replicates = cross.len() + 1;
+    if replicates < BIAS_VALID_FROM {
+        return 1.0;
+    }
+    let (value, spread) = mean_and_spread(cross);
+    let t = value / spread.sqrt().hypot(shared);
+    if t.is_nan() {
+        return 1.0;
+    }
+    StudentsT::new(0.0, 1.0, replicates as f64 / 2.0 - 1.0).map_or(1.0, |d| d.sf(t))
+}
+
+/// The weighted mean, and S.
+fn mean_and_spread(cross: &[f64]) -> (f64, f64) {
+    let all = ((cross.len() + 1) * cross.len()) as f64;
+    let weights = (1..=cross.len()).map(|r| 2.0 * r as f64 / all);
+    let value: f64 = weights.clone().zip(cross).map(|(w, c)| w * c).sum();
+    (value, weights.zip(cross).map(|(w, c)| (w * (c - value)).powi(2)).sum())
 }
 
 /// All θ with `(value − θ)² ≤ t² V(θ)`: see this file's head.
@@ -53,5 +74,7 @@ mod tests {
         let width = |shared: f64| bias2(&cross, shared).interval.map(|(low, high)| high - low).unwrap();
         assert!(width(0.1) > width(0.0));
         assert_eq!(bias2(&cross[..6], 0.0).interval, None);
+        assert!(no_bias(&cross, 0.1) > 0.3 && no_bias(&cross[..6], 0.0) == 1.0 && no_bias(&[0.0; 9], 0.0) == 1.0);
+        assert!(no_bias(&cross.map(|c| c + 0.1), 0.0) < 1e-3 && no_bias(&cross.map(|c| c + 0.1), 1.0) > 0.3);
     }
 }

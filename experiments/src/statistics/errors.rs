@@ -24,7 +24,7 @@
 //! for b², which is too large rather than too small.
 //! That of bias² is told in [`super::bias`].
 
-use super::bias::bias2;
+use super::bias::{bias2, no_bias};
 use super::means::{self, NORMAL_QUANTILE, skewed_mean, skewed_reach};
 use super::{Estimate, positive};
 use crate::metrics::RELATIVE_FLOOR;
@@ -134,6 +134,8 @@ pub struct LayerErrors {
     pub mse: Estimate,
     /// The part of it that does not fall with more samples.
     pub bias2: Estimate,
+    /// The p-value of the test that there is none.
+    pub no_bias: f64,
     /// Relative mean squared error of one replicate.
     pub relmse: Estimate,
     /// The part of it that does not fall with more samples.
@@ -223,6 +225,7 @@ impl Errors {
                 variance: positive::variance(&row.recursive, salt),
                 mse: widened(&row.square, shared, salt),
                 bias2: bias2(&row.cross, shared),
+                no_bias: no_bias(&row.cross, shared),
                 relmse: widened(&row.relative, shared_relative, salt),
                 relbias2: bias2(&row.relative_cross, shared_relative),
                 smape: skewed_mean(&row.symmetric, salt),

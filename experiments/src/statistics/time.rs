@@ -3,6 +3,8 @@
 //! A replicate has the relative variance `V` and the relative bias² `B`, and takes `T` seconds; the mean of n of them has the error
 //! `V/n + B`, whatever the sampler. It falls to ε after `V T / (ε − B)` seconds, and never where `B ≥ ε`.
 //!
+//! Where no bias was found, because its interval holds 0, B counts as 0 in the estimate, and not in its interval.
+//!
 //! `V T` has the interval of a product of means ([`super::positive`]), `B` that of [`super::bias`]. The lower end takes both lower ends,
 //! and 0 for one of B below it, since no bias² is negative; the upper end takes both upper ends, and is infinite where B may be ε. The time
 //! lies outside only if one of the two does, so that the interval covers with at least 90 %; as measured, with more than 95 %.
@@ -38,7 +40,9 @@ pub fn time_to_error(squares: &[f64], seconds: &[f64], bias2: &Estimate, target:
     let enough = squares.len() + 1 >= positive::VALID_FROM;
     let interval = work.zip(bias2.interval).filter(|_| enough);
     let interval = interval.map(|(work, bias2)| (until(work.0, bias2.0.max(0.0)), until(work.1, bias2.1)));
-    TimeToError { target, seconds: until(mean(squares) * mean(seconds), bias2.value), interval }
+    let found = bias2.interval.is_some_and(|(low, _)| low > 0.0);
+    let seconds = until(mean(squares) * mean(seconds), if found { bias2.value } else { 0.0 });
+    TimeToError { target, seconds, interval }
 }
 
 #[cfg(test)]
@@ -57,8 +61,10 @@ mod tests {
         let (low, high) = found.interval.unwrap();
         assert!((found.seconds / 10.0 - 1.0).abs() < 0.05 && low < found.seconds && found.seconds < high, "{found:?}");
         assert!((time(0.005, 0.0, 0.01).seconds / found.seconds - 2.0).abs() < 1e-9);
-        // A bias that is none tells nothing against the lower end.
-        assert_eq!(time(-0.001, 0.0005, 0.01).interval.unwrap().0, low);
+        // A bias that is none tells nothing against the estimate and the lower end.
+        let none = time(0.001, 0.002, 0.01);
+        assert_eq!((none.seconds, none.interval.unwrap().0), (found.seconds, low));
+        assert!(none.interval.unwrap().1 > high);
     }
 
     #[test]
