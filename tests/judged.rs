@@ -58,7 +58,8 @@ fn row(folder: &Path, method: &str, order: &str, quantity: &str) -> (f64, f64, f
     (number(found[11]), number(found[12]), number(found[13]))
 }
 
-/// In the furnace order 2 is known, and so is what a tenth of it squared is. Seven intervals of 95 % and more are looked at, of one seed.
+/// In the furnace order 2 is known, and so is what a tenth of it squared is. Five p-values of what has no bias are above 10⁻³: false-alarm
+/// rate 0.5 %, and that of the three intervals 10 %, of a fixed seed.
 #[test]
 fn a_method_that_loses_light_is_told_by_its_bias() {
     let folder = tempfile::tempdir().unwrap();
@@ -90,8 +91,9 @@ fn a_method_that_loses_light_is_told_by_its_bias() {
     assert!(never.0.is_infinite() && never.1.is_infinite(), "{never:?}");
     assert!(row(&out, "dim", "2", "time_to_error:0.1").2.is_finite());
     for (method, order) in [("dim", "1"), ("dim", "3"), ("path", "1"), ("path", "2"), ("path", "3")] {
-        let (value, low, high) = row(&out, method, order, "bias2");
-        assert!(low <= 0.0 && 0.0 <= high, "{method} at {order}: {value:e} [{low:e}, {high:e}]");
+        let p = row(&out, method, order, "bias2_p").0;
+        println!("{method} at {order}: p = {p:.4} without a bias");
+        assert!(p > 1e-3, "{method} at {order}: {p:e}");
         assert!(row(&out, method, order, "time_to_error:0.0001").0.is_finite());
     }
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();

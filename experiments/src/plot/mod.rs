@@ -16,6 +16,7 @@ use crate::export::notation::symbol;
 use crate::record::judged::layers;
 use crate::report::numbers::{Numbers, Row};
 use crate::result::{Checkpoint, IntegralResult, MethodResult, SlopeRow};
+use crate::statistics::Interval;
 use chart::{Chart, Horizontal, Point, Series};
 use integrators::Layer;
 
@@ -27,14 +28,18 @@ pub struct Figure {
     pub chart: Chart,
 }
 
+/// A value and its interval.
+type Shown = (f64, Option<Interval>);
+
 /// The charts of one scene, order by order: variance of one sample, and efficiency, of the methods that carry all of its light.
 pub fn by_order(scene: &str, methods: &[&MethodResult], numbers: &Numbers) -> Vec<Figure> {
     let joined = numbers.columns.iter().filter(|c| matches!(c, Some(Layer::Order(_)))).count();
-    let chart = |name: &str, title: &str, vertical: &str, value: fn(&Row) -> Option<f64>| {
+    let chart = |name: &str, title: &str, vertical: &str, value: fn(&Row) -> Option<Shown>| {
         let series = methods.iter().zip(&numbers.rows).enumerate().map(|(colour, (method, rows))| {
             let point = |(x, row): (usize, &Option<Row>)| {
-                let y = row.as_ref().filter(|row| row.complete).and_then(value).unwrap_or(0.0);
-                Point { x: x as f64, y, interval: None }
+                let shown = row.as_ref().filter(|row| row.complete).and_then(value);
+                let (y, interval) = shown.unwrap_or((0.0, None));
+                Point { x: x as f64, y, interval }
             };
             Series {
                 label: method.label.clone(),
@@ -55,10 +60,10 @@ pub fn by_order(scene: &str, methods: &[&MethodResult], numbers: &Numbers) -> Ve
     };
     vec![
         chart("variance", "Variance by order", "variance of one sample, image mean", |row| {
-            row.variance.filter(|_| !row.exact)
+            row.variance.filter(|_| !row.exact).map(|v| (v, row.intervals.map(|both| both.0)))
         }),
         chart("efficiency", "Efficiency by order", "1 / (variance of a replicate × its seconds) [1/s]", |row| {
-            row.efficiency
+            row.efficiency.map(|e| (e, row.intervals.map(|both| both.1)))
         }),
     ]
 }

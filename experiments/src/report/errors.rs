@@ -2,7 +2,7 @@
 
 use super::numbers::{percent, short};
 use super::summary::{Sentence, plain, warning};
-use super::tables::{head, number_cell, order_head, scrolling};
+use super::tables::{head, number_cell, order_head, scrolling, with_interval};
 use crate::agreement::DISCOVERY_RATE;
 use crate::config::{Experiment, Metric};
 use crate::export::markup::Markup;
@@ -155,11 +155,10 @@ fn table(
 
 /// A value with its interval.
 fn estimate_cell(m: &mut Markup, value: f64, interval: Option<Interval>) {
-    let written = match interval {
-        Some((low, high)) => format!("{} [{}, {}]", short(value), short(low), short(high)),
-        None => short(value),
-    };
-    number_cell(m, value, written);
+    m.element("td", &[("class", &"number")], |m| match value.is_finite() {
+        true => with_interval(m, value, interval),
+        false => m.text("—"),
+    });
 }
 
 fn optional_cell(m: &mut Markup, estimate: Option<Estimate>) {
@@ -181,20 +180,24 @@ pub fn tables(m: &mut Markup, experiment: &Experiment, methods: &[&MethodResult]
             );
             table(m, &caption, (methods, columns), &|m, method, i| {
                 let time = method.judged.as_ref().and_then(|judged| judged.times[i].get(place));
-                m.element("td", &[("class", &"number")], |m| m.text(&time.map_or("—".to_owned(), written)));
+                m.element("td", &[("class", &"number")], |m| match time {
+                    Some(time) => in_time(m, time),
+                    None => m.text("—"),
+                });
             });
         }
     });
 }
 
-/// `0.071 [0.066, 0.078]`, `0.071, at least 0.066`, `never`.
-fn written(time: &TimeToError) -> String {
+/// Seconds with their interval; `never`, or what they are at least.
+fn in_time(m: &mut Markup, time: &TimeToError) {
     match time.interval {
-        _ if time.is_never() => "never".to_owned(),
-        Some((low, high)) if high.is_infinite() && time.seconds.is_infinite() => format!("at least {}", short(low)),
-        Some((low, high)) if high.is_infinite() => format!("{}, at least {}", short(time.seconds), short(low)),
-        Some((low, high)) => format!("{} [{}, {}]", short(time.seconds), short(low), short(high)),
-        None => short(time.seconds),
+        _ if time.is_never() => m.text("never"),
+        Some((low, high)) if high.is_infinite() => {
+            m.text(short(time.seconds));
+            m.line("small", &[], format!("at least {}", short(low)));
+        }
+        interval => with_interval(m, time.seconds, interval),
     }
 }
 

@@ -5,6 +5,7 @@ use crate::export::markup::Markup;
 use crate::export::notation::{symbol, words};
 use crate::plot;
 use crate::result::{AgreementRow, MethodResult, SlopeRow, Verdict};
+use crate::statistics::Interval;
 use integrators::Layer;
 
 /// A quantity that has a table: a row an order, a column a method.
@@ -18,9 +19,9 @@ pub struct Quantity {
 /// The quantities of every scene.
 pub const QUANTITIES: [Quantity; 3] = [
     Quantity { caption: "Image mean ± standard error across replicates [W/(m²·sr)]", cell: mean, ranked: false },
-    Quantity { caption: "Variance of one sample, image mean", cell: variance, ranked: false },
+    Quantity { caption: "Variance of one sample, image mean, with its 95 % interval", cell: variance, ranked: false },
     Quantity {
-        caption: "Efficiency [1/s]: 1 / (variance of a replicate × its seconds, all orders together)",
+        caption: "Efficiency [1/s] with its 95 % interval: 1 / (variance of a replicate × its seconds, all orders together)",
         cell: efficiency,
         ranked: true,
     },
@@ -35,16 +36,24 @@ fn mean(m: &mut Markup, row: &Row) {
 
 fn variance(m: &mut Markup, row: &Row) {
     match row.variance {
-        Some(variance) if row.is_lit() => m.line("data", &[("value", &variance)], short(variance)),
+        Some(variance) if row.is_lit() => with_interval(m, variance, row.intervals.map(|both| both.0)),
         _ => m.text("—"),
     }
 }
 
 fn efficiency(m: &mut Markup, row: &Row) {
     match row.efficiency {
-        Some(efficiency) => m.line("data", &[("value", &efficiency)], short(efficiency)),
+        Some(efficiency) => with_interval(m, efficiency, row.intervals.map(|both| both.1)),
         None if row.exact => m.text("exact"),
         None => m.text("—"),
+    }
+}
+
+/// A value, and below it its interval.
+pub(super) fn with_interval(m: &mut Markup, value: f64, interval: Option<Interval>) {
+    m.line("data", &[("value", &value)], short(value));
+    if let Some((low, high)) = interval {
+        m.line("small", &[], format!("[{}, {}]", short(low), short(high)));
     }
 }
 

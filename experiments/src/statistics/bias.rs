@@ -38,8 +38,11 @@ pub fn no_bias(cross: &[f64], shared: f64) -> f64 {
     StudentsT::new(0.0, 1.0, replicates as f64 / 2.0 - 1.0).map_or(1.0, |d| d.sf(t))
 }
 
-/// The weighted mean, and S.
+/// The weighted mean, and S; neither is a number for a single replicate.
 fn mean_and_spread(cross: &[f64]) -> (f64, f64) {
+    if cross.is_empty() {
+        return (f64::NAN, f64::NAN);
+    }
     let all = ((cross.len() + 1) * cross.len()) as f64;
     let weights = (1..=cross.len()).map(|r| 2.0 * r as f64 / all);
     let value: f64 = weights.clone().zip(cross).map(|(w, c)| w * c).sum();
