@@ -38,7 +38,7 @@ impl Covariances {
     /// Adds a replicate's image, given by layer and pixel.
     pub fn push(&mut self, image: impl Fn(usize, usize) -> [f64; 3] + Sync) {
         self.count += 1;
-        let (r, layers, pairs) = (self.count as f64, self.layers, self.products.len());
+        let (share, layers, pairs) = (1.0 / self.count as f64, self.layers, self.products.len());
         let pieces: Vec<Vec<f64>> = self
             .mean
             .par_chunks_mut(PIECE * layers)
@@ -50,7 +50,7 @@ impl Covariances {
                         let value = image(layer, piece * PIECE + i);
                         for c in 0..3 {
                             deviation[c] = value[c] - mean[c];
-                            mean[c] += deviation[c] / r;
+                            mean[c] += deviation[c] * share;
                         }
                     }
                     add_products(&mut sums, &deviations);
@@ -61,7 +61,7 @@ impl Covariances {
         if self.count < 2 {
             return;
         }
-        let scale = (r - 1.0) / r / (3 * self.pixels) as f64;
+        let scale = (1.0 - share) / (3 * self.pixels) as f64;
         let sum = |pair: usize| pieces.iter().map(|piece| piece[pair]).sum::<f64>();
         self.products.iter_mut().enumerate().for_each(|(pair, products)| products.push(sum(pair) * scale));
     }

@@ -92,14 +92,14 @@ struct Sums {
 }
 
 impl Sums {
-    /// Adds a channel of a pixel of replicate `r`, of which the mean so far is moved on.
+    /// Adds a channel of a pixel, of which the mean so far is moved on by `share`, one over the replicates.
     #[inline]
-    fn add(&mut self, r: f64, value: f64, mean: &mut f64, [reference, half, noise]: [f64; 3]) {
+    fn add(&mut self, share: f64, value: f64, mean: &mut f64, [reference, half, noise]: [f64; 3]) {
         let weight = 1.0 / (half * half + RELATIVE_FLOOR);
         let error = value - reference;
         let (square, cross) = (error * error - noise, error * (*mean - reference) - noise);
         let deviation = value - *mean;
-        let recursive = deviation * deviation * (r - 1.0) / r;
+        let recursive = deviation * deviation * (1.0 - share);
         self.mean += value;
         self.square += square;
         self.relative += square * weight;
@@ -108,7 +108,7 @@ impl Sums {
         self.recursive += recursive;
         self.relative_cross += cross * weight;
         self.relative_recursive += recursive * weight;
-        *mean += deviation / r;
+        *mean += deviation * share;
     }
 
     fn merge(&mut self, other: &Self) {
@@ -156,22 +156,22 @@ impl Errors {
         let images = [reference.mean, reference.half, reference.variance];
         assert!(images.iter().all(|image| image.len() == self.mean.len()), "a reference of all layers and their sum");
         self.count += 1;
-        let (r, layers) = (self.count as f64, self.layers);
+        let (share, layers, stride) = (1.0 / self.count as f64, self.layers, self.layers + 1);
         let pieces: Vec<Vec<Sums>> = self
             .mean
-            .par_chunks_mut(PIECE * (layers + 1))
+            .par_chunks_mut(PIECE * stride)
             .enumerate()
             .map(|(piece, means)| {
-                let mut sums = vec![Sums::default(); layers + 1];
-                let first = piece * PIECE * (layers + 1);
-                for (i, mean) in means.chunks_mut(layers + 1).enumerate() {
+                let mut sums = vec![Sums::default(); stride];
+                for (i, mean) in means.chunks_mut(stride).enumerate() {
                     let (pixel, mut total) = (piece * PIECE + i, [0.0; 3]);
+                    let [first, second, noise] = images.map(|image| &image[pixel * stride..][..stride]);
                     for (layer, (mean, sum)) in mean.iter_mut().zip(&mut sums).enumerate() {
                         let value = if layer < layers { image(layer, pixel) } else { total };
-                        let at = first + i * (layers + 1) + layer;
                         for c in 0..3 {
                             total[c] += value[c];
-                            sum.add(r, value[c], &mut mean[c], images.map(|image| image[at][c]));
+                            let reference = [first[layer][c], second[layer][c], noise[layer][c]];
+                            sum.add(share, value[c], &mut mean[c], reference);
                         }
                     }
                 }
