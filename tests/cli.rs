@@ -13,6 +13,8 @@ mod durable;
 mod evidence;
 mod foreign;
 #[cfg(target_os = "linux")]
+mod judged;
+#[cfg(target_os = "linux")]
 mod signals;
 
 fn command(folder: &Path, arguments: &[&str]) -> Command {

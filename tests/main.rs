@@ -15,6 +15,7 @@ mod faults;
 mod gltf;
 mod instances;
 mod irradiance;
+mod judged;
 mod meshes;
 mod mis_weights;
 mod needs;

@@ -3,16 +3,20 @@
 use crate::error::{Error, unknown};
 use crate::parts;
 use integrators::PartSettings;
+pub use reference::{Metric, Reference};
 pub use samplers::Samplers;
 use sampling::filter::Filter;
 use sampling::sampler::SamplerKind;
 use serde::{Deserialize, Serialize};
 pub use sizes::Sizes;
 use std::collections::BTreeMap;
+pub use until::{OrderChoice, Until};
 
+mod reference;
 mod samplers;
 mod sizes;
 mod sweep;
+mod until;
 
 /// An experiment: every method in every scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,15 +38,21 @@ pub struct Experiment {
     /// Whether all beyond `max_order` is estimated too, as one layer.
     #[serde(default)]
     pub tail: bool,
-    /// Samples per pixel over all replicates; this or `seconds`.
+    /// Samples per pixel over all replicates, or over the fewest with `until`; this or `seconds`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spp: Option<u32>,
-    /// Wall time for each method in each scene \[s\]; this or `spp`.
+    /// Wall time for each method in each scene \[s\]; this or `spp`. With `until`, the most that it may take.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seconds: Option<f64>,
     /// Independent images.
     #[serde(default = "default_replicates")]
     pub replicates: u32,
+    /// More replicates than these, until an error is small enough.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until: Option<Until>,
+    /// The most samples per pixel that `until` may take.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_spp: Option<u32>,
     /// Seed of all random numbers.
     #[serde(default)]
     pub seed: u64,
@@ -58,6 +68,18 @@ pub struct Experiment {
     /// Light-path expressions by name: each is an image of its own.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub lpe: BTreeMap<String, String>,
+    /// What images are judged by; left out, they are not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<Reference>,
+    /// How: all metrics but `flip` where this is left out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub metrics: Vec<String>,
+    /// Relative mean squared errors, the time to which is told.
+    #[serde(default = "default_time_to_error")]
+    pub time_to_error: Vec<f64>,
+    /// Whether it is measured what every order costs beside those before it.
+    #[serde(default)]
+    pub marginal_cost: bool,
     /// Variance against samples; left out, it is not measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub convergence: Option<Convergence>,
@@ -103,6 +125,10 @@ fn default_replicates() -> u32 {
     4
 }
 
+fn default_time_to_error() -> Vec<f64> {
+    vec![0.01]
+}
+
 fn default_convergence_size() -> [u32; 2] {
     [64, 64]
 }
@@ -123,7 +149,7 @@ pub type Fault = (String, String);
 
 impl Experiment {
     /// The keys of its file.
-    pub const KEYS: [&'static str; 16] = [
+    pub const KEYS: [&'static str; 22] = [
         "title",
         "description",
         "scenes",
@@ -133,11 +159,17 @@ impl Experiment {
         "spp",
         "seconds",
         "replicates",
+        "until",
+        "max_spp",
         "seed",
         "sampler",
         "size",
         "layers",
         "lpe",
+        "reference",
+        "metrics",
+        "time_to_error",
+        "marginal_cost",
         "convergence",
         "integrals",
     ];
@@ -160,6 +192,7 @@ impl Experiment {
         self.parts().map(|_| ())?;
         self.sampler.check().or_else(|message| fault("sampler", message))?;
         self.check_budget()?;
+        self.check_reference()?;
         for (key, measured) in [("convergence", &self.convergence), ("integrals", &self.integrals)] {
             let checked = measured.as_ref().map_or(Ok(()), Convergence::check);
             checked.or_else(|(inner, message)| fault(&format!("{key}.{inner}"), message))?;
@@ -192,12 +225,59 @@ impl Experiment {
             let message = "an experiment needs at least 2 replicates, for without them there is no variance";
             return fault("replicates", message);
         }
+        if let Some(until) = &self.until {
+            return self.check_until(until);
+        }
         match (self.spp, self.seconds) {
+            _ if self.max_spp.is_some() => {
+                fault("max_spp", "max_spp is the end of `until`; give that too, or leave it out")
+            }
             (None, None) => fault("spp", "no budget; give spp (samples per pixel) or seconds"),
             (Some(_), Some(_)) => fault("seconds", "spp and seconds are both given; leave one out"),
             (Some(spp), None) => samples_per_replicate(spp, self.replicates).map(|_| ()).or_else(|e| fault("spp", e)),
             (None, Some(seconds)) => check_seconds(seconds).or_else(|e| fault("seconds", e)),
         }
+    }
+
+    fn check_until(&self, until: &Until) -> Result<(), Fault> {
+        let Some(spp) = self.spp else {
+            return fault("until", "no samples to begin with; give spp, the samples per pixel of the first replicates");
+        };
+        until.check(self.max_order, self.methods.len() * self.sampler.0.len())?;
+        samples_per_replicate(spp, self.replicates).map(|_| ()).or_else(|e| fault("spp", e))?;
+        match (self.max_spp, self.seconds) {
+            (None, None) => fault("until", "it might never end; give max_spp or seconds, the most that it may take"),
+            (Some(most), _) if most < spp => fault(
+                "max_spp",
+                format!("max_spp {most} is below the {spp} samples to begin with; give more, or a lower spp"),
+            ),
+            (_, Some(seconds)) => check_seconds(seconds).or_else(|e| fault("seconds", e)),
+            _ => Ok(()),
+        }
+    }
+
+    fn check_reference(&self) -> Result<(), Fault> {
+        let metrics = self.metrics()?;
+        if self.reference.is_none() && !self.metrics.is_empty() {
+            let message = "metrics need what to judge by; add a section [reference], or --reference FILE.exr";
+            return fault("metrics", message);
+        }
+        if let Some(i) = (1..metrics.len()).find(|&i| metrics[..i].contains(&metrics[i])) {
+            return fault("metrics", format!("{} is listed twice; leave one out", self.metrics[i]));
+        }
+        if let Some(target) = self.time_to_error.iter().find(|target| !(**target > 0.0 && target.is_finite())) {
+            let message = format!("{target:?} is no error; give relative mean squared errors, such as [0.01, 0.001]");
+            return fault("time_to_error", message);
+        }
+        self.reference.as_ref().map_or(Ok(()), Reference::check)
+    }
+
+    /// The metrics of images that are judged.
+    ///
+    /// # Errors
+    /// If there is none of a name, with the nearest one.
+    pub fn metrics(&self) -> Result<Vec<Metric>, Fault> {
+        Metric::of(&self.metrics).map_err(|message| ("metrics".to_owned(), message))
     }
 }
 
@@ -280,49 +360,4 @@ pub fn filter(name: &str) -> Result<Filter, Error> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::source::Source;
-
-    #[test]
-    fn the_listed_keys_are_those_of_the_struct() {
-        let mut experiment = Source::open("samplers").unwrap().parse().unwrap();
-        (experiment.seconds, experiment.size) = (Some(1.0), Some(Sizes(vec![[4, 4]])));
-        experiment.layers = vec!["groups".to_owned()];
-        experiment.lpe = BTreeMap::from([("caustics".to_owned(), "CDS+L".to_owned())]);
-        let mut known = Experiment::KEYS.to_vec();
-        known.sort_unstable();
-        let mut table: Vec<String> = toml::Table::try_from(&experiment).unwrap().keys().cloned().collect();
-        table.sort_unstable();
-        assert_eq!(table, known);
-    }
-
-    #[test]
-    fn faults_of_measurements_over_samples_name_their_own_keys() {
-        let mut experiment = Source::open("samplers").unwrap().parse().unwrap();
-        experiment.integrals.as_mut().unwrap().replicates = 8;
-        assert_eq!(experiment.check().unwrap_err().0, "integrals.replicates");
-        experiment.convergence.as_mut().unwrap().checkpoints = vec![4, 4];
-        assert_eq!(experiment.check().unwrap_err().0, "convergence.checkpoints");
-    }
-
-    #[test]
-    fn uneven_budgets_name_the_even_ones() {
-        assert_eq!(samples_per_replicate(64, 4), Ok(16));
-        assert!(samples_per_replicate(10, 4).unwrap_err().contains("8 or 12 samples, or 2 replicates"));
-        assert!(samples_per_replicate(1, 4).unwrap_err().contains("4 samples, or 1 replicates"));
-        assert!(samples_per_replicate(u32::MAX, 4).unwrap_err().contains("4294967296"));
-        assert!(samples_per_replicate(0, 4).is_err());
-        // Of a prime, and many replicates, the divisor is found at once too.
-        let told = samples_per_replicate(4_294_967_291, 4_294_967_290).unwrap_err();
-        assert!(told.contains("4294967290 or 8589934580 samples, or 1 replicates"), "{told}");
-    }
-
-    #[test]
-    fn times_that_no_clock_counts_are_refused() {
-        for seconds in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e300] {
-            assert!(check_seconds(seconds).unwrap_err().contains("seconds"), "{seconds}");
-        }
-        assert_eq!(check_seconds(3600.0), Ok(()));
-    }
-}
+mod tests;

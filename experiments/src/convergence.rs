@@ -58,8 +58,8 @@ impl Deviations {
         self.squares.iter_mut().zip(sums).for_each(|(squares, sum)| squares.push(sum * scale));
     }
 
-    /// The checkpoint of every layer, and of their sum last. `seconds` is the mean wall time of a replicate.
-    pub fn checkpoints(self, samples: u32, seconds: f64, layers: &[Layer]) -> Vec<Checkpoint> {
+    /// The checkpoint of every layer, and of their sum last. `seconds` is the wall time of each replicate.
+    pub fn checkpoints(self, samples: u32, seconds: &[f64], layers: &[Layer]) -> Vec<Checkpoint> {
         let mut means = vec![0.0; self.layers + 1];
         for (i, value) in self.mean.iter().enumerate() {
             means[i / 3 % self.layers] += value / (3 * self.pixels) as f64;
@@ -70,7 +70,8 @@ impl Deviations {
         rows.map(|(i, ((order, squares), mean))| Checkpoint {
             samples,
             replicates: self.count as u32,
-            seconds,
+            seconds: average(seconds),
+            replicate_seconds: seconds.get(1..).unwrap_or_default().to_vec(),
             order,
             variance: average(&squares),
             ci: interval(&squares, recursion(squares.len()), u64::from(samples) << 32 | i as u64),
@@ -87,6 +88,7 @@ pub fn checkpoint_of_squares(samples: u32, seconds: f64, mean: f64, squares: Vec
         samples,
         replicates: squares.len() as u32,
         seconds,
+        replicate_seconds: Vec::new(),
         order: None,
         variance: average(&squares),
         ci: interval(&squares, 1.0, u64::from(samples) << 32),
@@ -121,7 +123,7 @@ pub fn slopes(result: &MethodResult) -> Vec<SlopeRow> {
     let layers = result.measurement.layers.iter().map(|&layer| Some(layer)).chain([None]);
     let fitted = layers.filter_map(|order| {
         let points: Vec<&Checkpoint> = result.convergence.iter().filter(|point| point.order == order).collect();
-        let line = fit(&points)?;
+        let (line, on_seconds) = (fit(&points)?, fit_on_seconds(&points));
         Some(SlopeRow {
             scene: result.scene.clone(),
             label: result.label.clone(),
@@ -130,6 +132,7 @@ pub fn slopes(result: &MethodResult) -> Vec<SlopeRow> {
             ci: line.ci,
             intercept: line.intercept,
             points: line.points,
+            on_seconds,
         })
     });
     fitted.collect()
@@ -140,6 +143,19 @@ pub fn fit(points: &[&Checkpoint]) -> Option<Line> {
     let points = points.iter().filter(|p| has_variance(p));
     let points: Vec<Point> = points
         .map(|p| Point { samples: f64::from(p.samples), squares: &p.replicate_variances, seconds: &[] })
+        .collect();
+    slopes::line(&points, points.len() as u64)
+}
+
+/// The same against seconds; `None` too where those were not measured.
+fn fit_on_seconds(points: &[&Checkpoint]) -> Option<Line> {
+    let timed = points.iter().filter(|p| has_variance(p) && p.replicate_seconds.len() == p.replicate_variances.len());
+    let points: Vec<Point> = timed
+        .map(|p| Point {
+            samples: f64::from(p.samples),
+            squares: &p.replicate_variances,
+            seconds: &p.replicate_seconds,
+        })
         .collect();
     slopes::line(&points, points.len() as u64)
 }
@@ -167,7 +183,7 @@ mod tests {
             let image: Vec<[f64; 3]> = (0..4).map(|_| [0; 3].map(|_| 1.0 + variance.sqrt() * normal(stream))).collect();
             deviations.push(|_, pixel| image[pixel]);
         });
-        deviations.checkpoints(samples, 1.0, &[Layer::Order(0)]).swap_remove(0)
+        deviations.checkpoints(samples, &[1.0], &[Layer::Order(0)]).swap_remove(0)
     }
 
     fn run(exponent: f64, seed: u64) -> Line {
@@ -182,7 +198,7 @@ mod tests {
         let value = |r: usize, layer: usize, pixel: usize| ((r * 7 + layer * 3 + pixel) as f64 * 12.9898).sin();
         let mut deviations = Deviations::new(5, 2);
         (0..9).for_each(|r| deviations.push(|layer, pixel| [value(r, layer, pixel); 3]));
-        let rows = deviations.checkpoints(4, 1.0, &[Layer::Order(0), Layer::Tail]);
+        let rows = deviations.checkpoints(4, &[1.0], &[Layer::Order(0), Layer::Tail]);
         let variance = |x: &dyn Fn(usize, usize) -> f64| {
             let of_pixel = |p: usize| (0..9).map(|r| x(r, p)).collect::<Moments>().variance();
             (0..5).map(of_pixel).sum::<f64>() / 5.0
@@ -222,7 +238,7 @@ mod tests {
     fn where_there_is_no_variance_there_is_no_slope() {
         let mut deviations = Deviations::new(2, 1);
         (0..8).for_each(|r| deviations.push(|_, _| [1.0 + 1e-8 * f64::from(r % 2); 3]));
-        let rows = deviations.checkpoints(1, 1.0, &[Layer::Order(0)]);
+        let rows = deviations.checkpoints(1, &[1.0], &[Layer::Order(0)]);
         assert_eq!(fit(&[&rows[0], &rows[0]]), None);
     }
 

@@ -47,9 +47,9 @@ pub fn diff(args: &DiffArgs) -> Result<Status, Error> {
     Ok(Status::Done)
 }
 
-/// Layers of variances are no images to be compared: they tell what the images' noise is.
+/// Layers of variances are no images to be compared: they tell what the images' noise is. Nor are the halves of references.
 fn is_variance(name: &str) -> bool {
-    name.ends_with("_var")
+    name.ends_with("_var") || name.ends_with("_half")
 }
 
 fn common(a: &LayeredImage, b: &LayeredImage) -> Vec<Distances> {

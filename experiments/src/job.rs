@@ -1,28 +1,42 @@
 //! A method at work in a scene: its render, what is noted of each replicate, and the state that both are kept in.
 
-use crate::convergence::Deviations;
 use crate::error::Error;
+use crate::observations::Observations;
 use crate::plan::{PlannedMethod, PlannedScene};
+use crate::reference::Judge;
 use crate::result::RenderRecord;
 use crate::states::{States, Unit};
 use integrators::state::Stored;
-use integrators::{Measurement, PartSettings, Render, RenderSettings, Request, Window, stored};
+use integrators::{Layer, Measurement, PartSettings, Render, RenderSettings, Request, Window};
 
-/// What is noted of every replicate while its image is at hand.
-#[derive(Default)]
-pub struct Observations {
-    /// Squared deviations, at the checkpoints of convergence.
-    pub deviations: Option<Deviations>,
+/// What a method is to render in a scene, and what for: known before any ray is traced.
+pub struct Work<'a> {
+    /// The scene, whose camera has its size by now.
+    pub scene: &'a PlannedScene,
+    /// The method.
+    pub planned: &'a PlannedMethod,
+    /// How.
+    pub settings: RenderSettings,
+    /// What it is asked for.
+    pub request: Request,
+    /// What its images are taken apart into.
+    pub parts: PartSettings,
+    /// What it is for: `image`, or a checkpoint such as `64x64_at_4`.
+    pub what: String,
+    /// What that which is noted follows from besides: a reference's hash, the metrics.
+    pub judged_by: String,
 }
 
-stored!(Observations { deviations });
+impl Work<'_> {
+    /// Where its state is kept.
+    pub fn unit(&self) -> Unit {
+        Unit::of_render(self.scene, self.planned, &self.settings, &self.parts, (&self.what, &self.judged_by))
+    }
 
-impl Observations {
-    /// Looks at the replicate rendered last.
-    fn observe(&mut self, render: &Render) {
-        if let Some(deviations) = &mut self.deviations {
-            deviations.push(|layer, pixel| render.last_replicate(layer, pixel));
-        }
+    /// Pixels of its image.
+    pub fn pixels(&self) -> usize {
+        let window = Window::of(&self.scene.scene);
+        window.width() as usize * window.height() as usize
     }
 }
 
@@ -35,8 +49,10 @@ pub struct Job<'a> {
     /// What it is for: `image`, or a checkpoint such as `64x64_at_4`.
     pub what: String,
     samples: u32,
+    layers: Vec<Layer>,
     render: Render<'a>,
     observations: Observations,
+    judge: Option<Judge>,
     unit: Unit,
     /// Replicates that an earlier run has rendered.
     resumed: u32,
@@ -45,20 +61,20 @@ pub struct Job<'a> {
 }
 
 impl<'a> Job<'a> {
-    /// A method at work in a scene whose camera has its size by now, from the state that an earlier run left, if there is one.
+    /// A method at work in a scene, from the state that an earlier run left, if there is one. What is noted of every replicate is told to
+    /// `observations`, and errors are taken against the judge.
     ///
     /// # Errors
     /// If the method cannot render the scene, or the state cannot be read.
     pub fn open(
-        scene: &'a PlannedScene,
-        planned: &'a PlannedMethod,
-        (settings, request, parts): (RenderSettings, Request, &PartSettings),
-        what: String,
+        work: Work<'a>,
         observations: Observations,
+        judge: Option<Judge>,
         states: &mut States,
     ) -> Result<Self, Error> {
-        let (unit, samples) =
-            (Unit::of_render(scene, planned, &settings, parts, &what), settings.samples_per_replicate);
+        let unit = work.unit();
+        let Work { scene, planned, settings, request, what, .. } = work;
+        let (samples, layers) = (settings.samples_per_replicate, request.layers().to_vec());
         let new = || {
             let window = Window::of(&scene.scene);
             Render::of_request(&scene.scene, &*planned.method, settings.clone(), window, request.clone())
@@ -73,12 +89,22 @@ impl<'a> Job<'a> {
         }
         let resumed = render.replicates();
         let observations = found.unwrap_or(observations);
-        Ok(Self { scene, planned, what, samples, render, observations, unit, resumed, saved: resumed })
+        Ok(Self { scene, planned, what, samples, layers, render, observations, judge, unit, resumed, saved: resumed })
     }
 
     /// Complete replicates.
     pub fn replicates(&self) -> u32 {
         self.render.replicates()
+    }
+
+    /// Image means of the layers, replicate by replicate.
+    pub fn means(&self) -> Vec<&[[f64; 3]]> {
+        self.render.replicate_means().collect()
+    }
+
+    /// The layers that make up its image.
+    pub fn layers(&self) -> &[Layer] {
+        &self.layers
     }
 
     /// Pixel samples of a replicate.
@@ -91,7 +117,7 @@ impl<'a> Job<'a> {
     pub fn run_replicate(&mut self, progress: &(dyn Fn(f64) + Sync)) -> f64 {
         let before = self.render.seconds();
         self.render.run_replicate(progress);
-        self.observations.observe(&self.render);
+        self.observations.observe(&self.render, self.judge.as_ref());
         self.render.seconds() - before
     }
 
@@ -123,9 +149,9 @@ impl<'a> Job<'a> {
         }
     }
 
-    /// Seconds of transport of a replicate, on average.
-    pub fn seconds_of_replicate(&self) -> f64 {
-        self.render.seconds() / f64::from(self.replicates())
+    /// What it is judged by.
+    pub fn judge(&self) -> Option<Judge> {
+        self.judge.clone()
     }
 
     /// Ends it: what was measured, and what was noted.

@@ -7,7 +7,7 @@
 //!   [`scene_command`], [`convert_command`], [`diff_command`], [`list_command`],
 //!   [`lpe_command`], [`mod@bsdf`];
 //! - [`config`]: experiments; [`source`]: their files; [`plan`]: an experiment made ready and checked; [`runner`]: methods interleaved, replicate
-//!   by replicate; [`job`]: one of them at work; [`states`]: what has been rendered so far, on the disk; [`budget`]: samples, seconds,
+//!   by replicate; [`job`]: one of them at work; [`observations`]: what is noted of its replicates; [`mod@reference`]: what they are judged by; [`states`]: what has been rendered so far, on the disk; [`budget`]: samples, seconds,
 //!   threads; [`subject`]: a scene and a method, ready for one image; [`result`]: what an experiment leaves behind;
 //! - [`convergence`]: variance against samples and its slope; [`ratio`]: samplers against one another; [`integrals`]: integrals of
 //!   known value, to try samplers on; [`agreement`]: do two methods have the same mean?
@@ -35,6 +35,7 @@ pub mod lpe_command;
 pub mod machine;
 pub mod manifest;
 pub mod metrics;
+pub mod observations;
 pub mod output;
 pub mod parts;
 pub mod path_class;
@@ -44,6 +45,7 @@ pub mod program;
 pub mod progress;
 pub mod ratio;
 pub mod record;
+pub mod reference;
 pub mod relight_command;
 pub mod render_command;
 pub mod replay;

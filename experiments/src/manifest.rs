@@ -6,6 +6,7 @@ use crate::machine::{VERSION, machine, timestamp};
 use crate::plan::{Plan, PlannedMethod, PlannedScene};
 use crate::program::program;
 use crate::result::{Manifest, MethodRecord, RenderRecord, SceneRecord};
+use crate::runner::reference_hash;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::SystemTime;
@@ -32,13 +33,14 @@ pub fn manifest(
     complete: bool,
 ) -> Manifest {
     let ended = SystemTime::now();
-    let scene = |s: &PlannedScene| SceneRecord {
+    let scene = |(i, s): (usize, &PlannedScene)| SceneRecord {
         name: s.name.clone(),
         source: s.source.clone(),
         hash: s.scene.hash.clone(),
         filter: s.scene.camera.filter().to_string(),
         skipped: s.scene.needs.skipped().into_iter().map(str::to_owned).collect(),
         notes: s.scene.notes.clone(),
+        reference: reference_hash(plan, i).unwrap_or_default(),
     };
     let method = |m: &PlannedMethod| MethodRecord {
         label: m.label.clone(),
@@ -47,7 +49,7 @@ pub fn manifest(
         sampler: m.sampler,
         instance: plan.render_settings(m).instance,
     };
-    let scenes: Vec<SceneRecord> = plan.scenes.iter().map(scene).collect();
+    let scenes: Vec<SceneRecord> = plan.scenes.iter().enumerate().map(scene).collect();
     let methods: Vec<MethodRecord> = plan.methods.iter().map(method).collect();
     Manifest {
         neumann: VERSION.to_owned(),
@@ -68,7 +70,7 @@ pub fn manifest(
 
 /// Hash of all that the numbers follow from.
 fn key(plan: &Plan, scenes: &[SceneRecord], methods: &[MethodRecord]) -> String {
-    let hashes: Vec<&str> = scenes.iter().map(|s| s.hash.as_str()).collect();
+    let hashes: Vec<(&str, &str)> = scenes.iter().map(|s| (s.hash.as_str(), s.reference.as_str())).collect();
     let text = serde_json::to_string(&(VERSION, &plan.experiment, hashes, methods)).unwrap_or_default();
     blake3::hash(text.as_bytes()).to_hex().to_string()
 }
@@ -91,10 +93,9 @@ pub fn write_manifest(path: &Path, manifest: &Manifest, files: Vec<String>) -> R
 /// How the question that earlier results answer differs from the plan's; `None` if it is the same, but for the number of replicates.
 pub fn difference(former: &Manifest, plan: &Plan) -> Option<String> {
     let (old, new) = (&former.experiment, &plan.experiment);
-    let tables = (toml::Table::try_from(old), toml::Table::try_from(new));
-    let (Ok(old_table), Ok(new_table)) = tables else { return Some("it cannot be compared".to_owned()) };
-    let elsewhere = ["title", "description", "spp", "seconds", "replicates"];
-    for key in Experiment::KEYS.into_iter().filter(|key| !elsewhere.contains(key)) {
+    let tables = (table(old), table(new));
+    let (Some(old_table), Some(new_table)) = tables else { return Some("it cannot be compared".to_owned()) };
+    for key in Experiment::KEYS {
         if old_table.get(key) != new_table.get(key) {
             let show = |value: Option<&toml::Value>| value.map_or("none".to_owned(), ToString::to_string);
             let (old, new) = (show(old_table.get(key)), show(new_table.get(key)));
@@ -107,10 +108,25 @@ pub fn difference(former: &Manifest, plan: &Plan) -> Option<String> {
     edited.map(|scene| format!("scene {} was edited", scene.name)).or_else(|| other_replicates(old, new))
 }
 
+/// An experiment without what may be more in a later run of it.
+fn table(experiment: &Experiment) -> Option<toml::Table> {
+    let mut table = toml::Table::try_from(experiment).ok()?;
+    for key in ["title", "description", "spp", "seconds", "replicates", "until", "max_spp"] {
+        table.remove(key);
+    }
+    if let Some(reference) = table.get_mut("reference").and_then(toml::Value::as_table_mut) {
+        for key in ["spp", "replicates"] {
+            reference.remove(key);
+        }
+    }
+    Some(table)
+}
+
 /// How a replicate differs: in its samples, or in the time that it is given.
 fn other_replicates(old: &Experiment, new: &Experiment) -> Option<String> {
     let samples = |e: &Experiment| e.spp.map(|spp| spp / e.replicates);
-    let seconds = |e: &Experiment| e.seconds.map(|seconds| seconds / f64::from(e.replicates));
+    let seconds =
+        |e: &Experiment| e.seconds.filter(|_| e.until.is_none()).map(|seconds| seconds / f64::from(e.replicates));
     if samples(old) == samples(new) && seconds(old) == seconds(new) {
         return None;
     }

@@ -1,9 +1,10 @@
 //! An experiment made ready: scenes loaded, methods built, and everything checked before any ray is traced.
 
 use crate::budget::{Budget, file_name};
-use crate::config::{Experiment, MethodEntry, Sizes};
+use crate::config::{Experiment, MethodEntry, Metric, Sizes};
 use crate::error::Error;
 use crate::machine::require_memory;
+use crate::reference::plan::PlannedReference;
 use crate::settings::{differences, table_to_json};
 use crate::source::Source;
 use integrators::{Integrator, Methods, Orders, PartSettings, Render, RenderError, RenderSettings, render};
@@ -24,6 +25,10 @@ pub struct Plan {
     pub budget: Budget,
     /// What every image is taken apart into.
     pub parts: PartSettings,
+    /// What images are judged by.
+    pub reference: Option<PlannedReference>,
+    /// And how.
+    pub metrics: Vec<Metric>,
 }
 
 /// A scene of the plan.
@@ -57,16 +62,20 @@ impl Plan {
     /// The first fault, with its place and mend.
     pub fn new(source: &Source, experiment: Experiment, methods: &Methods) -> Result<Self, Error> {
         experiment.check().map_err(|(key, message)| source.blame(&key, message))?;
+        let metrics = experiment.metrics().map_err(|(key, message)| source.blame(&key, message))?;
         let budget = match (experiment.spp, experiment.seconds) {
             (Some(spp), _) => Budget::samples(spp, experiment.replicates),
             (None, seconds) => Budget::seconds(seconds.unwrap_or_default(), experiment.replicates),
         };
         let budget = budget.map_err(|message| source.blame("spp", message))?;
-        let methods = planned_methods(source, &experiment, methods)?;
+        let registry = methods;
+        let methods = planned_methods(source, &experiment, registry)?;
         let scenes = planned_scenes(source, &experiment)?;
         let parts = experiment.parts().map_err(|(key, message)| source.blame(&key, message))?;
-        let plan = Self { name: source.name.clone(), experiment, scenes, methods, budget, parts };
+        let name = source.name.clone();
+        let mut plan = Self { name, experiment, scenes, methods, budget, parts, reference: None, metrics };
         plan.check_support()?;
+        plan.reference = PlannedReference::new(source, &plan.experiment, registry, (&plan.scenes, &plan.methods))?;
         plan.check_memory()?;
         Ok(plan)
     }
@@ -101,12 +110,18 @@ impl Plan {
         let mut kept: u128 = 0;
         for scene in &self.scenes {
             let pixels = u64::from(scene.scene.camera.width()) * u64::from(scene.scene.camera.height());
-            let mut of_scene: u128 = 0;
+            // The halves of a reference, the variance of one, and a copy for a method of fewer orders.
+            let judged = self.reference.is_some();
+            let orders = self.experiment.max_order as u64 + 3;
+            let mut of_scene: u128 = if judged { u128::from(pixels) * u128::from(orders) * 144 } else { 0 };
             for method in &self.methods {
                 let settings = self.render_settings(method);
                 let request = render::request(&scene.scene, &*method.method, &settings, &self.parts)?;
                 let layers = request.film_layers() as u64;
                 of_scene += u128::from(Render::bytes(pixels, layers));
+                // What is noted of each replicate needs the mean image, for errors once more.
+                let noted = request.layers().len() as u64 + u64::from(judged) * (request.layers().len() as u64 + 1);
+                of_scene += u128::from(pixels) * u128::from(noted) * 24;
                 kept += u128::from(pixels) * u128::from(layers) * 48;
             }
             largest = largest.max(of_scene);

@@ -12,10 +12,17 @@
 //! | `variance` | image mean of the variance of one sample: that of a replicate times its samples |
 //! | `covariance:J` | image mean of the covariance of one sample between this row's order and order J ≥ it |
 //! | `efficiency` | 1 / (variance of a replicate · its seconds) |
+//! | `mse`, `bias2`, `relmse`, `smape`, `flip` | against the scene's reference: errors of a replicate, and what of `mse` no samples remove |
+//! | `bias2_p` | the p-value of the test that there is no bias, not corrected for the number of tests |
+//! | `time_to_error:E` | seconds to the relative mean squared error E, infinite where the bias forbids it |
+//! | `marginal_seconds`, `marginal_efficiency` | what an order adds to a replicate's time, and 1 / (variance of a replicate · that) |
+//! | `reference_noise` | of the reference: root of the mean variance over the mean |
+//! | `sequential_error` | the largest relative error that the mean may have, at whatever time one looks |
+//! | `sequential_bias` | of two methods: the relative bias that would have been found nine times out of ten, likewise |
 //! | `checkpoint_variance` | image mean of the variance of a replicate of spp / replicates samples |
-//! | `slope` | of log `checkpoint_variance` against log samples; of an integral, of log `mse` |
+//! | `slope`, `slope_seconds` | of log `checkpoint_variance` against log samples, and log seconds; of an integral, of log `mse` |
 //! | `rmse_ratio` | root mean squared error over that of the same method with the experiment's first sampler |
-//! | `mse` | of an integral of known value, whose name stands for the scene: mean squared error of spp / replicates samples |
+//! | `mse` | also of an integral of known value, whose name stands for the scene: mean squared error of spp / replicates samples |
 //! | `exact`, `integral_p` | its value; the p-value of the test that the mean of `spp` samples is that |
 //! | `rays_closest`, `rays_shadow`, `camera_paths`, `light_paths`, `connections`, `bsdf_samples`, `invalid` | counts |
 //! | `seconds` | wall time of transport \[s\] |
@@ -32,6 +39,7 @@ use integrators::{Layer, Part, Quantity};
 use serde::Serialize;
 use std::path::Path;
 
+pub mod judged;
 mod samplers;
 
 /// Of which part of all samples `top_share` is.
@@ -56,7 +64,27 @@ struct Record<'a> {
     ci_high: Option<f64>,
 }
 
-impl Record<'_> {
+impl<'a> Record<'a> {
+    /// A row about a scene that says nothing yet.
+    fn blank(experiment: &'a str, scene: &'a str, method: &'a str) -> Self {
+        Self {
+            experiment,
+            scene,
+            method,
+            setting: "",
+            sampler: "",
+            order: String::new(),
+            spp: 0,
+            replicates: 0,
+            seconds: 0.0,
+            quantity: "",
+            channel: "all",
+            value: 0.0,
+            ci_low: None,
+            ci_high: None,
+        }
+    }
+
     /// The same row about these checkpoints together: what was spent on them.
     fn over<'p>(&self, points: impl IntoIterator<Item = &'p Checkpoint>) -> Self {
         let mut row = Self { spp: 0, replicates: 0, seconds: 0.0, ..self.clone() };
@@ -78,28 +106,24 @@ pub fn write_records(folder: &Path, result: &ExperimentResult) -> Result<(), Err
     for method in &result.methods {
         let sampler = method.sampler.to_string();
         let blank = Record {
-            experiment: &result.name,
-            scene: &method.scene,
-            method: &method.entry,
             setting: &method.setting,
             sampler: &sampler,
-            order: String::new(),
             spp: method.measurement.samples(),
             replicates: method.measurement.replicates,
             seconds: method.measurement.seconds(),
-            quantity: "",
-            channel: "all",
-            value: 0.0,
-            ci_low: None,
-            ci_high: None,
+            ..Record::blank(&result.name, &method.scene, &method.entry)
         };
         table.add_moments(&blank, method);
         table.add_parts(&blank, method);
         table.add_covariances(&blank, method);
+        table.add_judged(&blank, method, result);
+        table.add_marginal(&blank, method);
         table.add_counters(&blank, method);
         table.add_convergence(&blank, method, result);
         table.add_ratios(&blank, method, result);
     }
+    table.add_references(result);
+    table.add_sequences(result);
     table.add_agreement(result);
     table.add_integrals(result);
     let lines = std::mem::take(&mut table.lines);
@@ -144,12 +168,13 @@ impl Table {
         }
     }
 
-    /// One row for each channel, and one for their mean.
-    fn add_channels(&mut self, blank: &Record, value: [f64; 3]) {
+    /// One row for each channel, and one for their mean, whose interval may be known.
+    fn add_channels(&mut self, blank: &Record, value: [f64; 3], ci: Option<(f64, f64)>) {
         for (channel, value) in ["r", "g", "b"].into_iter().zip(value) {
             self.add(Record { channel, value, ..blank.clone() });
         }
-        self.add(Record { value: value.iter().sum::<f64>() / 3.0, ..blank.clone() });
+        let (ci_low, ci_high) = (ci.map(|ci| ci.0), ci.map(|ci| ci.1));
+        self.add(Record { value: value.iter().sum::<f64>() / 3.0, ci_low, ci_high, ..blank.clone() });
     }
 
     fn add_moments(&mut self, blank: &Record, method: &MethodResult) {
@@ -169,10 +194,15 @@ impl Table {
                 self.add(Record { quantity: "mean", channel, value: mean[c], ci_low, ci_high, ..row.clone() });
             }
             if let Some(variance) = variance {
-                let of_sample = variance.map(|v| v * f64::from(m.samples_per_replicate));
-                self.add_channels(&Record { quantity: "variance", ..row.clone() }, of_sample);
+                let n = f64::from(m.samples_per_replicate);
+                let place = layer.unwrap_or(m.layers.len());
+                let known = method.intervals.as_ref();
+                let ci = known.and_then(|known| known.variance[place].interval).map(|(low, high)| (low * n, high * n));
+                self.add_channels(&Record { quantity: "variance", ..row.clone() }, variance.map(|v| v * n), ci);
                 let value = 3.0 / (variance.iter().sum::<f64>() * seconds);
-                self.add(Record { quantity: "efficiency", value, ..row });
+                let ci = known.and_then(|known| known.efficiency[place].interval);
+                let (ci_low, ci_high) = (ci.map(|ci| ci.0), ci.map(|ci| ci.1));
+                self.add(Record { quantity: "efficiency", value, ci_low, ci_high, ..row });
             }
         }
     }
@@ -191,7 +221,7 @@ impl Table {
             }
             if let Some(variance) = m.image_variance(i) {
                 let of_sample = variance.map(|v| v * f64::from(m.samples_per_replicate));
-                self.add_channels(&Record { quantity: "variance", ..row }, of_sample);
+                self.add_channels(&Record { quantity: "variance", ..row }, of_sample, None);
             }
         }
     }
@@ -204,8 +234,18 @@ impl Table {
         }
         for (i, j) in (0..layers).flat_map(|i| (i + 1..layers).map(move |j| (i, j))) {
             let quantity = format!("covariance:{}", m.layers[j].label());
-            let value = m.covariance[i * layers + j].iter().sum::<f64>() / 3.0 * f64::from(m.samples_per_replicate);
-            self.add(Record { order: m.layers[i].label(), quantity: &quantity, value, ..blank.clone() });
+            let n = f64::from(m.samples_per_replicate);
+            let value = m.covariance[i * layers + j].iter().sum::<f64>() / 3.0 * n;
+            let ci = method.intervals.as_ref().and_then(|known| known.covariance[j * (j + 1) / 2 + i].interval);
+            let (ci_low, ci_high) = (ci.map(|ci| ci.0 * n), ci.map(|ci| ci.1 * n));
+            self.add(Record {
+                order: m.layers[i].label(),
+                quantity: &quantity,
+                value,
+                ci_low,
+                ci_high,
+                ..blank.clone()
+            });
         }
     }
 
@@ -261,7 +301,13 @@ impl Table {
             let (ci_low, ci_high) = (Some(row.ci.0), Some(row.ci.1));
             let order = order_name(row.order);
             let (quantity, value) = ("slope", row.slope);
-            self.add(Record { order, quantity, value, ci_low, ci_high, ..blank.over(points) });
+            let on_samples = Record { order, quantity, value, ci_low, ci_high, ..blank.over(points) };
+            if let Some(line) = &row.on_seconds {
+                let (ci_low, ci_high) = (Some(line.ci.0), Some(line.ci.1));
+                let (quantity, value) = ("slope_seconds", line.slope);
+                self.add(Record { quantity, value, ci_low, ci_high, ..on_samples.clone() });
+            }
+            self.add(on_samples);
         }
     }
 
@@ -275,20 +321,13 @@ impl Table {
                 false => format!("{} vs {}", a.sampler, b.sampler),
             };
             let blank = Record {
-                experiment: &result.name,
-                scene: &row.scene,
-                method: &pair,
                 setting: row.verdict.name(),
                 sampler: &samplers,
                 order: row.order.label(),
                 spp: a.measurement.samples() + b.measurement.samples(),
                 replicates: a.measurement.replicates + b.measurement.replicates,
                 seconds: a.measurement.seconds() + b.measurement.seconds(),
-                quantity: "",
-                channel: "all",
-                value: 0.0,
-                ci_low: None,
-                ci_high: None,
+                ..Record::blank(&result.name, &row.scene, &pair)
             };
             for (quantity, value) in [
                 ("agreement_t", row.t),

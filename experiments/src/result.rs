@@ -2,11 +2,19 @@
 
 use crate::config::Experiment;
 use crate::fireflies::FireflyRecord;
+use crate::observations::{Intervals, Judged};
+use crate::reference::Truth;
+use crate::statistics::Estimate;
 use crate::statistics::slopes::Line;
 use integrators::{Layer, Measurement};
 use sampling::sampler::SamplerKind;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use std::sync::Arc;
+
+pub use provenance::{Machine, Manifest, MethodRecord, Program, RenderRecord, SceneRecord};
+
+mod provenance;
 
 /// Everything that one experiment measured.
 #[derive(Clone, Debug)]
@@ -23,6 +31,10 @@ pub struct ExperimentResult {
     pub slopes: Vec<SlopeRow>,
     /// Every sampler against the first one, for every scene, method and order that has checkpoints.
     pub ratios: Vec<RatioRow>,
+    /// What images were judged by, a scene each; empty where they were not.
+    pub references: Vec<SceneTruth>,
+    /// What confidence sequences said at the end, where the budget was an error.
+    pub sequences: Vec<SequenceRow>,
     /// Integrals of known value by every sampler, samplers in turn; empty where none were asked for.
     pub integrals: Vec<IntegralResult>,
     /// The largest contributions of every method, order by order.
@@ -71,10 +83,68 @@ pub struct MethodResult {
     pub measurement: Measurement,
     /// Variance against samples: rising in samples, and for each number of samples one entry a layer, then the total.
     pub convergence: Vec<Checkpoint>,
+    /// How sure its second moments are; `None` where they were not noted.
+    pub intervals: Option<Intervals>,
+    /// How far it is from the scene's reference, if there is one.
+    pub judged: Option<Judged>,
+    /// What its orders cost beside those before them; empty where that was not measured.
+    pub marginal: Vec<MarginalCost>,
     /// The light that this method cannot carry here, in words; empty for none.
     pub missing_light: Vec<String>,
     /// What the scene let the render leave out.
     pub skipped: Vec<String>,
+}
+
+/// What an order costs beside those before it.
+#[derive(Clone, Debug)]
+pub struct MarginalCost {
+    /// The order.
+    pub order: Layer,
+    /// By how much longer a replicate takes with it \[s\].
+    pub seconds: Estimate,
+    /// `1 / (variance · seconds)` with these; `None` where it takes no more time that could be measured.
+    pub efficiency: Option<Estimate>,
+}
+
+/// What a scene's images were judged by.
+#[derive(Clone, Debug)]
+pub struct SceneTruth {
+    /// The scene's name.
+    pub scene: String,
+    /// Its reference.
+    pub truth: Arc<Truth>,
+}
+
+/// What a budget without a number of samples goes by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// The largest relative error that an image mean may have.
+    RelativeError,
+    /// The relative bias between two methods that would be found nine times out of ten.
+    DetectableBias,
+}
+
+/// A bound that holds at whatever time one looks, with all others of its scene.
+#[derive(Clone, Debug)]
+pub struct SequenceRow {
+    /// The scene's name.
+    pub scene: String,
+    /// The method's label.
+    pub label: String,
+    /// That of the method it is compared with.
+    pub other: Option<String>,
+    /// The layer; `None` for the sum of all.
+    pub order: Option<Layer>,
+    /// What is bounded.
+    pub target: Target,
+    /// The bound after the last replicate.
+    pub bound: f64,
+    /// What it was to fall below.
+    pub asked: f64,
+    /// Whether two methods were found to differ.
+    pub differ: Option<bool>,
+    /// Replicates of each.
+    pub replicates: u32,
 }
 
 /// The variance of one replicate at one number of samples, for one layer or for the sum of all.
@@ -86,6 +156,8 @@ pub struct Checkpoint {
     pub replicates: u32,
     /// Mean wall time of one replicate \[s\], of all layers together.
     pub seconds: f64,
+    /// Those of the replicates of `replicate_variances`, one by one; empty where they were not measured apart.
+    pub replicate_seconds: Vec<f64>,
     /// The layer; `None` for the sum of all.
     pub order: Option<Layer>,
     /// Image mean, channel mean of the variance of one replicate's pixel.
@@ -115,6 +187,8 @@ pub struct SlopeRow {
     pub intercept: f64,
     /// Checkpoints fitted.
     pub points: usize,
+    /// The same line against seconds.
+    pub on_seconds: Option<Line>,
 }
 
 /// A method with one sampler against the same method with the experiment's first one, at the most samples measured.
@@ -228,117 +302,4 @@ impl Verdict {
             Verdict::Incomparable => "incomparable",
         }
     }
-}
-
-/// Where results come from: enough to make them again.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Manifest {
-    /// Version of the program and of its sources: `0.1.0+1a2b3c4d`.
-    pub neumann: String,
-    /// The program.
-    #[serde(default)]
-    pub program: Program,
-    /// The whole command line.
-    pub command_line: Vec<String>,
-    /// The experiment as it ran, changes by flags included.
-    pub experiment: Experiment,
-    /// Hash of all that the numbers follow from: scenes, methods, settings, seed, budget and build.
-    pub key: String,
-    /// Content hashes of the scenes, by name.
-    pub scenes: Vec<SceneRecord>,
-    /// The methods with all of their settings.
-    pub methods: Vec<MethodRecord>,
-    /// What was rendered, and what of it by earlier runs.
-    #[serde(default)]
-    pub renders: Vec<RenderRecord>,
-    /// The machine.
-    pub machine: Machine,
-    /// Start, in UTC, as `2026-01-31T12:00:00Z`.
-    pub started: String,
-    /// End, likewise.
-    pub ended: String,
-    /// Wall time from start to end \[s\].
-    pub seconds: f64,
-    /// Whether everything that was asked for is there; not so after Ctrl-C.
-    pub complete: bool,
-}
-
-/// A scene in the manifest.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct SceneRecord {
-    /// Its name in the results.
-    pub name: String,
-    /// What was loaded: a built-in's name or a path.
-    pub source: String,
-    /// Content hash.
-    pub hash: String,
-    /// The camera's pixel filter.
-    #[serde(default)]
-    pub filter: String,
-    /// What the scene lets a render leave out.
-    pub skipped: Vec<String>,
-    /// What an importer approximated.
-    pub notes: Vec<String>,
-}
-
-/// A method in the manifest.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct MethodRecord {
-    /// Its label in the results.
-    pub label: String,
-    /// Its registered name.
-    pub method: String,
-    /// All of its settings.
-    pub settings: Value,
-    /// Where its random numbers came from.
-    #[serde(default)]
-    pub sampler: SamplerKind,
-    /// The name under which they were drawn, beside the seed.
-    #[serde(default)]
-    pub instance: String,
-}
-
-/// A method at work in a scene, in the manifest.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct RenderRecord {
-    /// The scene's name.
-    pub scene: String,
-    /// The method's label.
-    pub label: String,
-    /// What for: `image`, or a checkpoint such as `64x64_at_4`.
-    pub what: String,
-    /// Samples per pixel of each replicate.
-    pub samples_per_replicate: u32,
-    /// Complete replicates.
-    pub replicates: u32,
-    /// How many of them, the first ones, an earlier run rendered.
-    pub resumed: u32,
-}
-
-/// The program in the manifest.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Program {
-    /// The compiler that built it.
-    pub compiler: String,
-    /// What it was built for.
-    pub target: String,
-    /// `release` or `debug`.
-    pub profile: String,
-    /// Instruction sets that it takes for granted.
-    pub features: String,
-    /// BLAKE3 hash of its file; empty where it could not be read.
-    pub hash: String,
-}
-
-/// The machine in the manifest.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Machine {
-    /// Operating system and architecture: `linux-x86_64`.
-    pub platform: String,
-    /// The processor's own name for itself; empty where it is unknown.
-    pub cpu: String,
-    /// Threads that rendered.
-    pub threads: usize,
-    /// Instruction set of the ray kernels: `avx2` or `portable`.
-    pub kernels: String,
 }

@@ -1,7 +1,7 @@
 //! `neumann run`: an experiment from its file to its folder of results.
 
 use crate::cli::{RunArgs, print};
-use crate::config::{self, Experiment, Samplers, Sizes};
+use crate::config::{self, Experiment, Reference, Samplers, Sizes};
 use crate::error::{Error, Status};
 use crate::export::exr::{ImageMeta, LayerSelection, write_measurement};
 use crate::export::png::write_contact_sheet;
@@ -11,13 +11,14 @@ use crate::manifest::MANIFEST;
 use crate::output::Folder;
 use crate::plan::Plan;
 use crate::progress::{Verbosity, while_loading};
-use crate::result::{AgreementRow, ExperimentResult, Manifest, RatioRow, Verdict};
+use crate::result::{AgreementRow, ExperimentResult, Manifest, RatioRow, SceneTruth, Verdict};
 use crate::runner::Outcome;
 use crate::source::Source;
 use crate::states::States;
 use crate::stop::Stop;
 use crate::{
-    agreement, budget, convergence, fireflies, manifest, output, ratio, record, report, runner, settings, states,
+    agreement, budget, convergence, fireflies, manifest, output, ratio, record, reference, report, runner, settings,
+    states,
 };
 use integrators::{Methods, Part};
 use std::path::{Path, PathBuf};
@@ -49,6 +50,10 @@ pub fn run(args: &RunArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop)
         eprintln!("stopped early: the complete results in {} are kept; {GO_ON}", path.display());
         return Ok(Status::Interrupted(signal));
     }
+    if let (Some(signal), true) = (stop.signal(), outcome.methods.is_empty() && outcome.integrals.is_empty()) {
+        eprintln!("stopped before any method's first replicate; {GO_ON}");
+        return Ok(Status::Interrupted(signal));
+    }
     let complete = stop.signal().is_none();
     let renders = std::mem::take(&mut outcome.renders);
     let result = compared(&plan, outcome, manifest::manifest(&plan, renders, threads, started, complete))?;
@@ -75,7 +80,7 @@ pub fn run(args: &RunArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop)
 
 /// What follows from what was measured.
 fn compared(plan: &Plan, outcome: Outcome, manifest: Manifest) -> Result<ExperimentResult, Error> {
-    let Outcome { methods, integrals, .. } = outcome;
+    let Outcome { methods, integrals, references, sequences, .. } = outcome;
     let (mut agreement, mut ratios) = (Vec::new(), Vec::new());
     for scene in &plan.scenes {
         let of_scene: Vec<_> = methods.iter().filter(|m| m.scene == scene.name).collect();
@@ -92,17 +97,37 @@ fn compared(plan: &Plan, outcome: Outcome, manifest: Manifest) -> Result<Experim
     }
     let slopes = methods.iter().flat_map(convergence::slopes).collect();
     let (name, experiment) = (plan.name.clone(), plan.experiment.clone());
-    Ok(ExperimentResult { name, experiment, methods, agreement, slopes, ratios, integrals, fireflies, manifest })
+    Ok(ExperimentResult {
+        name,
+        experiment,
+        methods,
+        agreement,
+        slopes,
+        ratios,
+        references,
+        sequences,
+        integrals,
+        fireflies,
+        manifest,
+    })
 }
 
 /// The experiment with the changes that flags make.
 fn changed(experiment: Experiment, args: &RunArgs) -> Result<Experiment, Error> {
     let mut experiment = settings::change_experiment(experiment, &args.set)?;
+    experiment.until = args.until.or(experiment.until);
+    experiment.max_spp = args.max_spp.or(experiment.max_spp);
+    // Seconds are a limit beside samples where an error is the budget, and else the other budget.
+    let both = experiment.until.is_some();
     if let Some(seconds) = args.seconds {
-        (experiment.seconds, experiment.spp) = (Some(seconds), None);
+        (experiment.seconds, experiment.spp) = (Some(seconds), experiment.spp.filter(|_| both));
     }
     if let Some(spp) = args.spp {
-        (experiment.spp, experiment.seconds) = (Some(spp), None);
+        (experiment.spp, experiment.seconds) = (Some(spp), experiment.seconds.filter(|_| both));
+    }
+    if let Some(file) = &args.reference {
+        let file = std::path::absolute(file).unwrap_or_else(|_| file.clone());
+        experiment.reference = Some(Reference::of_file(file.to_string_lossy().into_owned()));
     }
     if let Some((width, height)) = args.size {
         experiment.size = Some(Sizes(vec![[width, height]]));
@@ -192,6 +217,16 @@ fn write_all(folder: &mut Folder, result: &ExperimentResult) -> Result<(), Error
         }
         let sheet = scene_folder.join(format!("{}.png", method.label));
         write_contact_sheet(&sheet, &method.measurement, &format!("{} in {}", method.label, method.scene))?;
+    }
+    for SceneTruth { scene, truth } in result.references.iter().filter(|r| !r.truth.pooled.is_empty()) {
+        let hash = result.manifest.scenes.iter().find(|s| s.name == *scene).map_or("", |s| s.hash.as_str());
+        reference::file::write(
+            &staging.join(format!("{scene}_reference.exr")),
+            truth,
+            scene,
+            hash,
+            result.experiment.seed,
+        )?;
     }
     record::write_records(staging, result)?;
     let fireflies = fireflies::in_lines(&result.fireflies);

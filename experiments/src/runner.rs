@@ -2,24 +2,39 @@
 //!
 //! What an earlier run has rendered of it is taken up, and what is rendered is saved from time to time.
 
+use crate::budget::Budget;
 use crate::config::Convergence;
 use crate::convergence::Deviations;
 use crate::error::Error;
 use crate::integrals;
-use crate::job::{Job, Observations};
+use crate::job::{Job, Work};
+use crate::observations::Observations;
 use crate::path_class;
 use crate::plan::{Plan, PlannedMethod, PlannedScene};
 use crate::progress::{Progress, Verbosity};
-use crate::result::{Checkpoint, IntegralResult, MethodResult, RenderRecord};
+use crate::reference::Truth;
+use crate::result::{Checkpoint, IntegralResult, MethodResult, RenderRecord, SceneTruth, SequenceRow};
 use crate::states::{States, Unit};
 use crate::stop::Stop;
 use integrators::{PartSettings, Render, RenderSettings, Request, Window, render};
+use reference::Works;
+pub use reference::hash as reference_hash;
+use std::sync::Arc;
+use until::{Goal, Quest};
+
+mod cost;
+mod reference;
+mod until;
 
 /// What a run leaves behind.
 #[derive(Debug, Default)]
 pub struct Outcome {
     /// Every method in every scene.
     pub methods: Vec<MethodResult>,
+    /// What they were judged by.
+    pub references: Vec<SceneTruth>,
+    /// What confidence sequences said at the end.
+    pub sequences: Vec<SequenceRow>,
     /// Integrals of known value.
     pub integrals: Vec<IntegralResult>,
     /// What was rendered, and what of it by earlier runs.
@@ -33,15 +48,28 @@ pub struct Outcome {
 pub fn run(plan: &mut Plan, states: &mut States, verbosity: Verbosity, stop: &Stop) -> Result<Outcome, Error> {
     let samples = samples_per_replicate(plan, states, stop)?;
     check_states(plan, &samples, states)?;
-    let mut runner = Runner { states, progress: Progress::new(total_work(plan, &samples), verbosity), stop };
+    let goals = goals(plan, &samples, states, stop)?;
+    let mut runner = Runner { states, progress: Progress::new(total_work(plan, &samples, &goals), verbosity), stop };
     let mut outcome = Outcome::default();
     if let Some(asked) = &plan.experiment.integrals {
         let (samplers, seed) = (&plan.experiment.sampler.0, plan.experiment.seed);
         outcome.integrals = integrals::measure(samplers, asked, seed, runner.states, &mut runner.progress, stop)?;
     }
-    for (scene, samples) in samples.iter().enumerate() {
+    for (scene, (samples, goal)) in samples.iter().zip(&goals).enumerate() {
         let first = outcome.methods.len();
-        runner.compare_methods(plan, &plan.scenes[scene], samples, &mut outcome)?;
+        let truth = runner.reference(plan, scene, &mut outcome.renders)?;
+        if stop.signal().is_some() {
+            break;
+        }
+        runner.compare_methods(plan, scene, (samples, goal), truth.as_ref(), &mut outcome)?;
+        let truth = truth.map(|truth| SceneTruth { scene: plan.scenes[scene].name.clone(), truth });
+        outcome.references.extend(truth);
+        if plan.experiment.marginal_cost {
+            for result in &mut outcome.methods[first..] {
+                let planned = plan.methods.iter().position(|planned| planned.label == result.label);
+                runner.measure_costs(plan, scene, planned.map_or(1, |i| samples[i]), result)?;
+            }
+        }
         if let (Some(convergence), None) = (plan.experiment.convergence.clone(), stop.signal()) {
             let checkpoints = with_size(plan, scene, &convergence, |plan, scene| {
                 runner.measure_convergence(plan, scene, &convergence, &mut outcome.renders)
@@ -56,18 +84,63 @@ pub fn run(plan: &mut Plan, states: &mut States, verbosity: Verbosity, stop: &St
     Ok(outcome)
 }
 
+/// What the user's seconds are turned into.
+enum Pilot {
+    /// Samples of each of the replicates.
+    Each,
+    /// The most samples of all of them.
+    Most,
+}
+
 /// Samples of a replicate, by scene and method.
 fn samples_per_replicate(plan: &Plan, states: &mut States, stop: &Stop) -> Result<Vec<Vec<u32>>, Error> {
-    let mut of = |scene: &PlannedScene, planned: &PlannedMethod| {
-        let settings = plan.render_settings(planned);
-        let render = |settings| Render::cropped(&scene.scene, &*planned.method, settings, Window::of(&scene.scene));
-        let choose = || plan.budget.samples_per_replicate(&render, &settings, stop);
-        let Some(seconds) = plan.experiment.seconds else { return choose() };
-        // A pilot is asked but once: on another day it would choose another number.
-        let each = seconds / f64::from(plan.budget.replicates);
-        states.chosen(&Unit::of_render(scene, planned, &settings, &plan.parts, &format!("{each}_s_each")), choose)
-    };
+    let mut of =
+        |scene: &PlannedScene, planned: &PlannedMethod| by_pilot(plan, scene, planned, Pilot::Each, states, stop);
     plan.scenes.iter().map(|scene| plan.methods.iter().map(|planned| of(scene, planned)).collect()).collect()
+}
+
+/// Samples that a budget gives a method in a scene. A pilot is asked but once: on another day it would choose another number.
+fn by_pilot(
+    plan: &Plan,
+    scene: &PlannedScene,
+    planned: &PlannedMethod,
+    pilot: Pilot,
+    states: &mut States,
+    stop: &Stop,
+) -> Result<u32, Error> {
+    let settings = plan.render_settings(planned);
+    let render = |settings| Render::cropped(&scene.scene, &*planned.method, settings, Window::of(&scene.scene));
+    let (budget, what) = match (pilot, plan.experiment.seconds) {
+        (Pilot::Most, Some(seconds)) => {
+            (Budget::seconds(seconds, 1).map_err(Error::usage)?, format!("{seconds}_s_at_most"))
+        }
+        (Pilot::Each, Some(seconds)) if plan.experiment.until.is_none() => {
+            (plan.budget, format!("{}_s_each", seconds / f64::from(plan.budget.replicates)))
+        }
+        _ => return plan.budget.samples_per_replicate(&render, &settings, stop),
+    };
+    let unit = Unit::of_render(scene, planned, &settings, &plan.parts, (&what, ""));
+    states.chosen(&unit, || budget.samples_per_replicate(&render, &settings, stop))
+}
+
+/// When each scene's methods have replicates enough.
+fn goals(plan: &Plan, samples: &[Vec<u32>], states: &mut States, stop: &Stop) -> Result<Vec<Goal>, Error> {
+    let fewest = plan.budget.replicates;
+    let Some(until) = plan.experiment.until else {
+        return Ok(plan.scenes.iter().map(|_| Goal::Replicates(fewest)).collect());
+    };
+    let mut goal = |(scene, samples): (&PlannedScene, &Vec<u32>)| {
+        let mut most = Vec::new();
+        for (planned, &n) in plan.methods.iter().zip(samples) {
+            let mut all = plan.experiment.max_spp.unwrap_or(u32::MAX);
+            if plan.experiment.seconds.is_some() {
+                all = all.min(by_pilot(plan, scene, planned, Pilot::Most, states, stop)?);
+            }
+            most.push((all / n).max(fewest));
+        }
+        Ok(Goal::Until(Quest { until, max_order: plan.experiment.max_order, fewest, most }))
+    };
+    plan.scenes.iter().zip(samples).map(&mut goal).collect()
 }
 
 /// What the images of a method in a scene are rendered by.
@@ -75,30 +148,54 @@ fn image_settings(plan: &Plan, planned: &PlannedMethod, samples_per_replicate: u
     RenderSettings { samples_per_replicate, ..plan.render_settings(planned) }
 }
 
+/// The images of a method in a scene, of so many samples a replicate.
+fn image_work<'a>(plan: &'a Plan, scene: usize, planned: &'a PlannedMethod, samples: u32) -> Result<Work<'a>, Error> {
+    let settings = image_settings(plan, planned, samples);
+    let of = &plan.scenes[scene];
+    let request = render::request(&of.scene, &*planned.method, &settings, &plan.parts)?.with_fireflies();
+    let judged_by = reference_hash(plan, scene).map_or(String::new(), |hash| format!("{hash} {:?}", plan.metrics));
+    Ok(Work { scene: of, planned, settings, request, parts: plan.parts.clone(), what: IMAGE.to_owned(), judged_by })
+}
+
 /// Refuses a plan of fewer replicates than there are: a part of what has been rendered cannot be taken back.
 fn check_states(plan: &Plan, samples: &[Vec<u32>], states: &States) -> Result<(), Error> {
-    let asked = plan.budget.replicates;
-    for (scene, samples) in plan.scenes.iter().zip(samples) {
-        for (planned, &n) in plan.methods.iter().zip(samples) {
-            let unit = Unit::of_render(scene, planned, &image_settings(plan, planned, n), &plan.parts, IMAGE);
-            if let Some(more) = states.replicates(&unit).filter(|&found| found > asked) {
-                return Err(Error::usage(format!(
-                    "{more} replicates of {} in {} are rendered already, more than the {asked} asked for; ask for at least {more} \
-                     of {n} samples each, or discard them with --fresh",
-                    planned.label, scene.name
-                )));
-            }
+    let check = |work: &Work, asked: u32| {
+        let Some(more) = states.replicates(&work.unit()).filter(|&found| found > asked) else { return Ok(()) };
+        let (label, scene, n) = (&work.planned.label, &work.scene.name, work.settings.samples_per_replicate);
+        let of = if work.what == IMAGE { "" } else { ", for its reference," };
+        Err(Error::usage(format!(
+            "{more} replicates of {label} in {scene}{of} are rendered already, more than the {asked} asked for; ask for at least \
+             {more} of {n} samples each, or discard them with --fresh"
+        )))
+    };
+    for (scene, samples) in samples.iter().enumerate() {
+        for (planned, &n) in plan.methods.iter().zip(samples).filter(|_| plan.experiment.until.is_none()) {
+            check(&image_work(plan, scene, planned, n)?, plan.budget.replicates)?;
+        }
+        let asked = plan.reference.as_ref().map_or(0, |reference| reference.asked.replicates);
+        for work in Works::new(plan, scene).iter().flat_map(|works| works.halves.iter().flatten()) {
+            check(work, asked)?;
         }
     }
     Ok(())
 }
 
-/// Pixel samples of the whole plan.
-fn total_work(plan: &Plan, samples: &[Vec<u32>]) -> f64 {
-    let images = plan.scenes.iter().zip(samples).map(|(scene, samples)| {
-        let samples: f64 = samples.iter().map(|&n| f64::from(n)).sum();
-        pixels(scene) * samples * f64::from(plan.budget.replicates)
+/// Pixel samples of the whole plan, at most.
+fn total_work(plan: &Plan, samples: &[Vec<u32>], goals: &[Goal]) -> f64 {
+    let images = plan.scenes.iter().zip(samples.iter().zip(goals)).map(|(scene, (samples, goal))| {
+        let of = |(i, &n): (usize, &u32)| f64::from(n) * f64::from(goal.most(i));
+        pixels(scene) * samples.iter().enumerate().map(of).sum::<f64>()
     });
+    let asked = plan.reference.as_ref().map_or(0, |reference| reference.asked.replicates);
+    let references: f64 =
+        (0..plan.scenes.len()).filter_map(|scene| Some(Works::new(plan, scene)?.samples(asked))).sum();
+    let costs = plan.scenes.iter().zip(samples).map(|(scene, samples)| {
+        let of = |(planned, &n): (&PlannedMethod, &u32)| {
+            f64::from(n) * plan.render_settings(planned).orders.iter().count() as f64 * f64::from(cost::REPLICATES)
+        };
+        pixels(scene) * plan.methods.iter().zip(samples).map(of).sum::<f64>()
+    });
+    let costs = if plan.experiment.marginal_cost { costs.sum() } else { 0.0 };
     let checkpoints = plan.experiment.convergence.as_ref().map_or(0.0, |c| {
         let samples: f64 = c.checkpoints.iter().map(|&n| f64::from(n)).sum();
         let [width, height] = c.size.map(f64::from);
@@ -108,7 +205,7 @@ fn total_work(plan: &Plan, samples: &[Vec<u32>]) -> f64 {
         let all: f64 = asked.checkpoints.iter().map(|&samples| integrals::work(asked, samples)).sum();
         all * plan.experiment.sampler.0.len() as f64
     });
-    images.sum::<f64>() + checkpoints + integrals
+    images.sum::<f64>() + references + costs + checkpoints + integrals
 }
 
 fn pixels(scene: &PlannedScene) -> f64 {
@@ -145,27 +242,27 @@ impl Runner<'_> {
     fn compare_methods(
         &mut self,
         plan: &Plan,
-        scene: &PlannedScene,
-        samples: &[u32],
+        scene: usize,
+        (samples, goal): (&[u32], &Goal),
+        truth: Option<&Arc<Truth>>,
         outcome: &mut Outcome,
     ) -> Result<(), Error> {
         let mut jobs = Vec::new();
         for (planned, &n) in plan.methods.iter().zip(samples) {
-            let settings = image_settings(plan, planned, n);
-            let request = render::request(&scene.scene, &*planned.method, &settings, &plan.parts)?.with_fireflies();
-            let noted = Observations::default();
-            jobs.push(Job::open(
-                scene,
-                planned,
-                (settings, request, &plan.parts),
-                IMAGE.to_owned(),
-                noted,
-                self.states,
-            )?);
+            let work = image_work(plan, scene, planned, n)?;
+            let layers = work.request.layers();
+            let judge = truth.map(|truth| truth.judge(layers, &plan.metrics));
+            let noted = Observations::of_images(work.pixels(), layers.len(), judge.as_ref());
+            jobs.push(Job::open(work, noted, judge, self.states)?);
         }
-        self.take_turns(&mut jobs, plan.budget.replicates)?;
+        self.take_turns(&mut jobs, goal)?;
         outcome.renders.extend(jobs.iter().map(Job::record));
-        outcome.methods.extend(jobs.into_iter().filter(|job| job.replicates() > 0).map(result));
+        jobs.retain(|job| job.replicates() > 0);
+        if let Goal::Until(quest) = goal {
+            outcome.sequences.extend(quest.rows(&jobs));
+        }
+        let targets = &plan.experiment.time_to_error;
+        outcome.methods.extend(jobs.into_iter().map(|job| result(job, targets)));
         Ok(())
     }
 
@@ -184,7 +281,7 @@ impl Runner<'_> {
             for planned in &plan.methods {
                 jobs.push(checkpoint(plan, scene, planned, samples, self.states)?);
             }
-            self.take_turns(&mut jobs, convergence.replicates)?;
+            self.take_turns(&mut jobs, &Goal::Replicates(convergence.replicates))?;
             renders.extend(jobs.iter().map(Job::record));
             if jobs.iter().any(|job| job.replicates() < convergence.replicates) {
                 return Ok(points);
@@ -194,20 +291,25 @@ impl Runner<'_> {
         Ok(points)
     }
 
-    /// Has all jobs render up to so many replicates, or until the user asks for an end; their states are saved then.
-    fn take_turns(&mut self, jobs: &mut [Job], replicates: u32) -> Result<(), Error> {
+    /// Has all jobs render until they have replicates enough, or until the user asks for an end; their states are saved then.
+    fn take_turns(&mut self, jobs: &mut [Job], goal: &Goal) -> Result<(), Error> {
         for job in jobs.iter() {
             self.progress.skip(f64::from(job.replicates()) * job.work());
         }
-        for replicate in 0..replicates {
-            for turn in 0..jobs.len() {
+        for replicate in 0.. {
+            let wanted = goal.wants(jobs, replicate);
+            if !wanted.contains(&true) {
+                break;
+            }
+            for turn in (0..jobs.len()).filter(|&turn| wanted[turn]) {
                 let job = &mut jobs[turn];
                 if job.replicates() > replicate {
                     continue;
                 }
                 let (scene, label, what) = (&job.scene.name, &job.planned.label, &job.what);
                 let of = if what == IMAGE { String::new() } else { format!(", {what}") };
-                self.progress.say(format!("{scene}, {label}{of}, {} of {replicates}", replicate + 1));
+                let most = goal.most(turn);
+                self.progress.say(format!("{scene}, {label}{of}, {} of {most}", replicate + 1));
                 let seconds = self.progress.during(job.work(), |report| job.run_replicate(report));
                 let ended = self.stop.signal().is_some();
                 if self.states.due(seconds) || ended {
@@ -222,9 +324,11 @@ impl Runner<'_> {
     }
 }
 
-/// What a method has measured in a scene.
-fn result(job: Job) -> MethodResult {
-    let (scene, planned) = (job.scene, job.planned);
+/// What a method has measured in a scene, and the times to these errors.
+fn result(job: Job, targets: &[f64]) -> MethodResult {
+    let (scene, planned, judge) = (job.scene, job.planned, job.judge());
+    let (measurement, noted) = job.finish();
+    let seconds = &measurement.replicate_seconds;
     MethodResult {
         scene: scene.name.clone(),
         method: planned.method.name().to_owned(),
@@ -233,7 +337,10 @@ fn result(job: Job) -> MethodResult {
         sampler: planned.sampler,
         settings: planned.method.settings(),
         setting: planned.setting.clone(),
-        measurement: job.finish().0,
+        intervals: noted.intervals(seconds),
+        marginal: Vec::new(),
+        judged: judge.and_then(|judge| noted.judged(&judge, seconds, targets)),
+        measurement,
         convergence: Vec::new(),
         missing_light: path_class::missing(&*planned.method, &scene.scene),
         skipped: scene.scene.needs.skipped().into_iter().map(str::to_owned).collect(),
@@ -255,17 +362,18 @@ fn checkpoint<'a>(
     let layers = Request::new(settings.orders.clone(), settings.tail).layers().len();
     let deviations = Deviations::new(width as usize * height as usize, layers);
     let settings = RenderSettings { instance, ..settings };
-    let noted = Observations { deviations: Some(deviations) };
+    let noted = Observations { deviations: Some(deviations), ..Observations::default() };
     let parts = PartSettings::default();
     let request = render::request(&scene.scene, &*planned.method, &settings, &parts)?;
-    Job::open(scene, planned, (settings, request, &parts), format!("{width}x{height}_at_{samples}"), noted, states)
+    let (what, judged_by) = (format!("{width}x{height}_at_{samples}"), String::new());
+    Job::open(Work { scene, planned, settings, request, parts, what, judged_by }, noted, None, states)
 }
 
 /// What a checkpoint has measured, layer by layer.
 fn checkpoints(plan: &Plan, job: Job, samples: u32) -> Vec<Checkpoint> {
     let settings = plan.render_settings(job.planned);
     let request = Request::new(settings.orders, settings.tail);
-    let seconds = job.seconds_of_replicate();
-    let deviations = job.finish().1.deviations;
-    deviations.map(|d| d.checkpoints(samples, seconds, request.layers())).unwrap_or_default()
+    let (measurement, noted) = job.finish();
+    let seconds = &measurement.replicate_seconds;
+    noted.deviations.map(|d| d.checkpoints(samples, seconds, request.layers())).unwrap_or_default()
 }

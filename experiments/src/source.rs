@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
 /// The experiments embedded in the program: names and files.
-pub const LIBRARY: [(&str, &str); 9] = [
+pub const LIBRARY: [(&str, &str); 10] = [
     ("comparison", include_str!("../library/comparison.toml")),
     ("convergence", include_str!("../library/convergence.toml")),
     ("furnace", include_str!("../library/furnace.toml")),
@@ -15,6 +15,7 @@ pub const LIBRARY: [(&str, &str); 9] = [
     ("roulette", include_str!("../library/roulette.toml")),
     ("samplers", include_str!("../library/samplers.toml")),
     ("sobol", include_str!("../library/sobol.toml")),
+    ("time_to_error", include_str!("../library/time_to_error.toml")),
     ("unbiasedness", include_str!("../library/unbiasedness.toml")),
 ];
 

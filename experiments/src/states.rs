@@ -63,21 +63,26 @@ impl Unit {
     }
 
     /// A method at work in a scene whose camera has its size by now, to make `what` of it: images taken apart like this, or a
-    /// checkpoint's.
+    /// checkpoint's. What is noted of them follows from `judged_by` too.
     pub fn of_render(
         scene: &PlannedScene,
         planned: &PlannedMethod,
         settings: &RenderSettings,
         parts: &PartSettings,
-        what: &str,
+        (what, judged_by): (&str, &str),
     ) -> Self {
         // The scene's hash knows nothing of its pixels.
         let (width, height) = (scene.scene.camera.width(), scene.scene.camera.height());
         let pixels = format!("{width}x{height} {:?}", Window::of(&scene.scene));
         let method = format!("{} {}", planned.method.name(), planned.method.settings());
-        let origin = format!("{} {pixels}\n{method}\n{settings:?}\n{parts:?}", scene.scene.hash);
+        let origin = format!("{} {pixels}\n{method}\n{settings:?}\n{parts:?}\n{judged_by}", scene.scene.hash);
         let name = format!("{}-{}-{what}", scene.name, planned.label);
         Self::new(&name, &origin)
+    }
+
+    /// The hash of all that its numbers follow from.
+    pub fn key(&self) -> String {
+        self.key.to_hex().to_string()
     }
 }
 

@@ -196,6 +196,11 @@ impl<'a> Render<'a> {
         self.whole.seconds.iter().chain(&self.group.seconds).sum()
     }
 
+    /// Image means of the layers, replicate by replicate.
+    pub fn replicate_means(&self) -> impl Iterator<Item = &[[f64; 3]]> {
+        self.whole.means.iter().chain(&self.group.means).map(Vec::as_slice)
+    }
+
     /// Writes all that later replicates and the end depend on, the settings apart.
     ///
     /// # Errors

@@ -95,6 +95,13 @@ fn faulty_experiment_files_are_named_with_the_line() {
         ("spp.toml", &EXPERIMENT.replace("spp = 8", "spp = 9")),
         ("method.toml", &EXPERIMENT.replace("\"bdpt\"", "\"bpdt\"")),
         ("scene.toml", &EXPERIMENT.replace("furnace", "furnce")),
+        ("metric.toml", &format!("{EXPERIMENT}[reference]\n").replace("spp = 8", "metrics = [\"rlmse\"]\nspp = 8")),
+        ("until.toml", &format!("until = {{ relative_error = 0.1 }}\n{EXPERIMENT}")),
+        (
+            "nobody.toml",
+            &format!("{EXPERIMENT}[reference]\nmethods = [\"direct\"]\n").replace("furnace", "cornell_box"),
+        ),
+        ("whose.toml", &format!("{EXPERIMENT}[reference]\nmethods = [\"bpdt\"]\n")),
         ("zero.toml", &EXPERIMENT.replace("[8, 8]", "[0, 8]")),
     ]);
     let refused = |file: &str, words: &[&str]| refused(folder.path(), &["run", file], words);
@@ -107,6 +114,10 @@ fn faulty_experiment_files_are_named_with_the_line() {
     refused("method.toml", &["method.toml:", "did you mean `bdpt`"]);
     refused("scene.toml", &["did you mean `furnace`"]);
     refused("zero.toml", &["zero.toml:5"]);
+    refused("metric.toml", &["metric.toml:2: ", "did you mean `relmse`"]);
+    refused("until.toml", &["until.toml:1: ", "give max_spp or seconds"]);
+    refused("nobody.toml", &["nobody.toml:15: ", "none of direct carries all light of order 2", "max_order = 1"]);
+    refused("whose.toml", &["whose.toml:15: ", "did you mean `bdpt`"]);
     refused("./gone.toml", &["gone.toml", "neumann list experiments"]);
 }
 

@@ -25,11 +25,17 @@ fn results(folder: &Path) -> Vec<(String, Vec<u8>)> {
     names.filter(ours).map(|name| (name.clone(), std::fs::read(folder.join(&name)).unwrap())).collect()
 }
 
+/// Whether a quantity follows from what was drawn alone, and not from the clock.
+fn is_timeless(quantity: &str) -> bool {
+    let timed = ["seconds", "efficiency", "slope_seconds", "marginal_seconds", "marginal_efficiency"];
+    !timed.contains(&quantity) && !quantity.starts_with("time_to_error")
+}
+
 /// The records without what takes time, and the images without the time that they took.
-fn outcome(folder: &Path) -> Vec<(String, Vec<u8>)> {
+pub fn outcome(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let timeless = |text: &str| {
         let rows = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
-        let rows = rows.filter(|row| !["seconds", "efficiency"].contains(&row[9]));
+        let rows = rows.filter(|row| is_timeless(row[9]));
         rows.map(|row| [&row[..8], &row[9..]].concat().join(",") + "\n").collect::<String>()
     };
     let told = |(name, bytes): (String, Vec<u8>)| match name.rsplit('.').next() {
@@ -40,7 +46,7 @@ fn outcome(folder: &Path) -> Vec<(String, Vec<u8>)> {
     results(folder).into_iter().filter_map(told).collect()
 }
 
-fn start(folder: &Path, arguments: &[&str]) -> Child {
+pub fn start(folder: &Path, arguments: &[&str]) -> Child {
     command(folder, arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
 }
 
@@ -56,7 +62,7 @@ fn look(results: &Path) -> Vec<(String, Option<std::time::SystemTime>)> {
 }
 
 /// Lets a run go on until it has saved so often and a little longer, or has ended.
-fn after_saves(child: &mut Child, results: &Path, saves: u64, then: Duration) {
+pub fn after_saves(child: &mut Child, results: &Path, saves: u64, then: Duration) {
     let (mut seen, mut count) = (look(results), 0);
     let patience = Instant::now() + Duration::from_secs(120);
     while count < saves && child.try_wait().unwrap().is_none() {
@@ -70,12 +76,12 @@ fn after_saves(child: &mut Child, results: &Path, saves: u64, then: Duration) {
 }
 
 /// Numbers without rhyme or reason, but the same in every run of the test.
-fn moments(seed: u64) -> impl FnMut(u64) -> u64 {
+pub fn moments(seed: u64) -> impl FnMut(u64) -> u64 {
     let mut stream = sampling::rng::Stream::new(seed, 1);
     move |below| u64::from(stream.next_u32()) % below
 }
 
-fn resumed(folder: &Path) -> u64 {
+pub fn resumed(folder: &Path) -> u64 {
     json(folder, "manifest.json")["renders"].as_array().unwrap().iter().map(|r| r["resumed"].as_u64().unwrap()).sum()
 }
 

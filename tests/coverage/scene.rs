@@ -76,15 +76,15 @@ fn run(scene: &Scene, method: &dyn Integrator, reference: Reference, seed: u64) 
     let mut means = vec![Moments::default(); LAST + 2];
     for (i, samples) in CHECKPOINTS.into_iter().enumerate() {
         let mut render = render(scene, method, samples, seed);
-        let mut of = Errors::new(pixels, LAST + 1, reference);
+        let mut of = Errors::new(pixels, LAST + 1);
         for replicate in 1..=MOST {
             render.run_replicate(&|_| {});
-            of.push(|layer, pixel| render.last_replicate(layer, pixel));
+            of.push(reference, |layer, pixel| render.last_replicate(layer, pixel));
             if i > 0 {
                 continue;
             }
             if REPLICATES.contains(&replicate) {
-                errors.push(of.finish(seed));
+                errors.push(of.finish(reference, seed));
             }
             let image =
                 |layer: usize| (0..pixels).map(|p| grey(render.last_replicate(layer, p))).sum::<f64>() / pixels as f64;

@@ -5,7 +5,7 @@ use crate::support::seed;
 use neumann::statistics::covariances::Covariances;
 use neumann::statistics::errors::{Errors, Reference};
 use neumann::statistics::slopes::{Point, slope, time_to_error};
-use neumann::statistics::{Estimate, means, positive};
+use neumann::statistics::{Estimate, means, positive, time};
 use rayon::prelude::*;
 use sampling::rng::{Stream, mix2};
 
@@ -149,9 +149,10 @@ fn errors(table: &mut Table, kind: Kind, bias: f64, replicates: usize, chance: &
     let reference = grey(&mut |p| mean(p) * (1.0 + noise.sqrt() * chance.normal()));
     let half = grey(&mut |p| mean(p));
     let variances = grey(&mut |p| noise * mean(p).powi(2));
-    let mut errors = Errors::new(PIXELS, 1, Reference { mean: &reference, half: &half, variance: &variances });
-    run.errors.iter().for_each(|image| errors.push(|_, p| [image[p] + bias * mean(p); 3]));
-    let found = errors.finish(7).swap_remove(0);
+    let reference = Reference { mean: &reference, half: &half, variance: &variances };
+    let mut errors = Errors::new(PIXELS, 1);
+    run.errors.iter().for_each(|image| errors.push(reference, |_, p| [image[p] + bias * mean(p); 3]));
+    let found = errors.finish(reference, 7).swap_remove(0);
     let second = over_pixels(|m| m * m);
     let weighted = over_pixels(|m| m * m / (m * m + 0.01));
     let name = format!("{kind:?}");
@@ -163,6 +164,12 @@ fn errors(table: &mut Table, kind: Kind, bias: f64, replicates: usize, chance: &
     let name = if bias == 0.0 { name } else { format!("{name}, bias {bias}") };
     table.add("MSE", &name, found.mse, (variance + bias * bias) * second);
     table.add("bias²", &name, found.bias2, bias * bias * second);
+    // To an error that is four times as large as what the bias leaves of it.
+    let (left, work) = (bias * bias * weighted, variance * weighted * SECOND * SAMPLES as f64);
+    let target = 4.0 * left.max(variance * weighted / 64.0);
+    let time = time::time_to_error(errors.relative_squares(0), &run.seconds[1..], &found.relbias2, target, 11);
+    let estimate = Estimate { interval: time.interval, replicates, ..Estimate::new(time.seconds, None, replicates, 8) };
+    table.add("time to relMSE", &name, estimate, work / (target - left));
 }
 
 /// The covariance between two orders, the second of which is half the first and half something of its own.

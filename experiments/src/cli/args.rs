@@ -1,5 +1,6 @@
 //! What can be typed after each command.
 
+use crate::config::Until;
 use crate::export::exr::LayerSelection;
 use crate::parts;
 use crate::relight_command::{self, Dimmer};
@@ -25,6 +26,16 @@ pub struct RunArgs {
     /// Independent images that share the samples.
     #[arg(long, value_name = "R", value_parser = clap::value_parser!(u32).range(1..))]
     pub replicates: Option<u32>,
+    /// Add replicates until a bound is small enough: relative_error=0.01 or detectable_bias=0.003, of the sum of all orders, or with
+    /// order=all or a number behind a comma.
+    #[arg(long, value_name = "TARGET")]
+    pub until: Option<Until>,
+    /// The most samples per pixel that --until may take; --seconds is another limit.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub max_spp: Option<u32>,
+    /// Judge images by this reference, which an experiment with a section [reference] wrote.
+    #[arg(long, value_name = "FILE.exr")]
+    pub reference: Option<PathBuf>,
     /// Image size.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,

@@ -17,7 +17,7 @@
 //! | `group_key`, `group_key_order02` | what a light group brings, in all and by order |
 //! | `lpe_caustics` | the light of a path class |
 //!
-//! Each of these has its `_var`, as orders have.
+//! Each of these has its `_var`, as orders have. A reference has one of the beauty too, and `_half`s: see [`crate::reference::file`].
 //!
 //! The display window is the whole image, the data window the pixels that were asked for.
 //!

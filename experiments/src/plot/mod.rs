@@ -13,8 +13,10 @@ pub mod points;
 pub mod scale;
 
 use crate::export::notation::symbol;
+use crate::record::judged::layers;
 use crate::report::numbers::{Numbers, Row};
 use crate::result::{Checkpoint, IntegralResult, MethodResult, SlopeRow};
+use crate::statistics::Interval;
 use chart::{Chart, Horizontal, Point, Series};
 use integrators::Layer;
 
@@ -26,14 +28,18 @@ pub struct Figure {
     pub chart: Chart,
 }
 
+/// A value and its interval.
+type Shown = (f64, Option<Interval>);
+
 /// The charts of one scene, order by order: variance of one sample, and efficiency, of the methods that carry all of its light.
 pub fn by_order(scene: &str, methods: &[&MethodResult], numbers: &Numbers) -> Vec<Figure> {
     let joined = numbers.columns.iter().filter(|c| matches!(c, Some(Layer::Order(_)))).count();
-    let chart = |name: &str, title: &str, vertical: &str, value: fn(&Row) -> Option<f64>| {
+    let chart = |name: &str, title: &str, vertical: &str, value: fn(&Row) -> Option<Shown>| {
         let series = methods.iter().zip(&numbers.rows).enumerate().map(|(colour, (method, rows))| {
             let point = |(x, row): (usize, &Option<Row>)| {
-                let y = row.as_ref().filter(|row| row.complete).and_then(value).unwrap_or(0.0);
-                Point { x: x as f64, y, interval: None }
+                let shown = row.as_ref().filter(|row| row.complete).and_then(value);
+                let (y, interval) = shown.unwrap_or((0.0, None));
+                Point { x: x as f64, y, interval }
             };
             Series {
                 label: method.label.clone(),
@@ -54,12 +60,40 @@ pub fn by_order(scene: &str, methods: &[&MethodResult], numbers: &Numbers) -> Ve
     };
     vec![
         chart("variance", "Variance by order", "variance of one sample, image mean", |row| {
-            row.variance.filter(|_| !row.exact)
+            row.variance.filter(|_| !row.exact).map(|v| (v, row.intervals.map(|both| both.0)))
         }),
         chart("efficiency", "Efficiency by order", "1 / (variance of a replicate × its seconds) [1/s]", |row| {
-            row.efficiency
+            row.efficiency.map(|e| (e, row.intervals.map(|both| both.1)))
         }),
     ]
+}
+
+/// The charts of the times to errors, order by order; none where nothing was judged.
+pub fn times(scene: &str, methods: &[&MethodResult], numbers: &Numbers, targets: &[f64]) -> Vec<Figure> {
+    let joined = numbers.columns.iter().filter(|c| matches!(c, Some(Layer::Order(_)))).count();
+    let judged = methods.iter().any(|method| method.judged.is_some());
+    let chart = |(place, target): (usize, &f64)| {
+        let series = methods.iter().enumerate().map(|(colour, method)| {
+            let point = |(x, column): (usize, &Option<Layer>)| {
+                let layer = layers(method).find(|(_, layer)| layer == column).map(|(i, _)| i);
+                let time = method.judged.as_ref().zip(layer).map(|(judged, i)| judged.times[i][place]);
+                let (y, interval) = time.map_or((0.0, None), |time| (time.seconds, time.interval));
+                Point { x: x as f64, y, interval }
+            };
+            let points = numbers.columns.iter().enumerate().map(point).collect();
+            Series { label: method.label.clone(), colour, points, fit: None }
+        });
+        Figure {
+            file: format!("{scene}_time_to_error_{}", target.to_string().replace('.', "_")),
+            chart: Chart {
+                title: format!("Time to a relative error² of {target}"),
+                horizontal: Horizontal::Terms { names: numbers.columns.iter().map(|&c| symbol(c)).collect(), joined },
+                vertical: "seconds, with 95 % interval".to_owned(),
+                series: series.collect(),
+            },
+        }
+    };
+    targets.iter().enumerate().filter(|_| judged).map(chart).collect()
 }
 
 /// The charts of one scene's convergence: one an order and one of the sum, a line for each method.

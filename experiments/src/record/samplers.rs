@@ -28,22 +28,7 @@ impl Table {
     pub(super) fn add_integrals(&mut self, result: &ExperimentResult) {
         for integral in &result.integrals {
             let sampler = integral.sampler.to_string();
-            let blank = Record {
-                experiment: &result.name,
-                scene: &integral.integral,
-                method: "",
-                setting: "",
-                sampler: &sampler,
-                order: String::new(),
-                spp: 0,
-                replicates: 0,
-                seconds: 0.0,
-                quantity: "",
-                channel: "all",
-                value: 0.0,
-                ci_low: None,
-                ci_high: None,
-            };
+            let blank = Record { sampler: &sampler, ..Record::blank(&result.name, &integral.integral, "") };
             self.add(Record { quantity: "exact", value: integral.exact, ..blank.clone() });
             self.add_integral(&blank, integral);
             let (first, last) =

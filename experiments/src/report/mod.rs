@@ -1,11 +1,12 @@
 //! What people read of an experiment: one self-contained `report.html`, with the plots and picture sheets beside it.
 //!
 //! [`numbers`] takes the figures from the measurements, [`summary`] says them in sentences, [`tables`] and [`images`] show
-//! them, [`fireflies`] the largest contributions, [`agreement`] where methods differ, [`samplers`] and [`screens`] do the same for samplers, [`page`] puts the page together. The HTML is written in Rust, through [`crate::export::markup`]: what a template
+//! them, [`fireflies`] the largest contributions, [`agreement`] where methods differ, [`errors`] how far they are from a reference, [`samplers`] and [`screens`] do the same for samplers, [`page`] puts the page together. The HTML is written in Rust, through [`crate::export::markup`]: what a template
 //! engine would add here is its syntax, its errors at run time and its time to build, while here a name can't become markup
 //! and a missing number doesn't compile.
 
 pub mod agreement;
+pub mod errors;
 pub mod fireflies;
 pub mod images;
 pub mod numbers;
@@ -31,6 +32,8 @@ pub struct SceneReport<'a> {
     pub numbers: Numbers,
     /// Variance and efficiency by order.
     pub by_order: Vec<plot::Figure>,
+    /// Times to errors, by order; empty where nothing was judged.
+    pub times: Vec<plot::Figure>,
     /// Convergence of every order and of their sum; empty where it wasn't measured.
     pub convergence: Vec<plot::Figure>,
 }
@@ -42,7 +45,8 @@ pub fn scenes(result: &ExperimentResult) -> Vec<SceneReport<'_>> {
         let numbers = Numbers::of(&methods);
         let by_order = plot::by_order(name, &methods, &numbers);
         let convergence = plot::convergence(name, &methods, &result.slopes, &numbers);
-        SceneReport { name, methods, numbers, by_order, convergence }
+        let times = plot::times(name, &methods, &numbers, &result.experiment.time_to_error);
+        SceneReport { name, methods, numbers, by_order, times, convergence }
     };
     result.scenes().into_iter().map(scene).collect()
 }
@@ -57,7 +61,7 @@ pub fn write(dir: &Path, result: &ExperimentResult) -> Result<(), ExportError> {
     std::fs::create_dir_all(&plots).map_err(|source| ExportError::Write { path: plots.clone(), source })?;
     let scenes = scenes(result);
     for scene in &scenes {
-        for figure in scene.by_order.iter().chain(&scene.convergence) {
+        for figure in scene.by_order.iter().chain(&scene.times).chain(&scene.convergence) {
             write_atomically(&plots.join(format!("{}.svg", figure.file)), figure.chart.file().as_bytes())?;
         }
         let rows: Vec<_> = scene.methods.iter().map(|m| (m.label.as_str(), &m.measurement)).collect();
@@ -86,6 +90,7 @@ mod tests {
             samples,
             replicates: 32,
             seconds: 0.1,
+            replicate_seconds: Vec::new(),
             order: Some(Layer::Order(1)),
             variance,
             ci: (variance * 0.9, variance * 1.1),
@@ -101,6 +106,9 @@ mod tests {
             settings: serde_json::json!({"note": scene}),
             setting: String::new(),
             measurement: measurement(name, replicates, false),
+            intervals: None,
+            judged: None,
+            marginal: Vec::new(),
             convergence: vec![point(1, 1.0), point(2, 0.0), point(4, f64::NAN)],
             missing_light: if name == "direct" { vec![scene.to_owned()] } else { Vec::new() },
             skipped: Vec::new(),
@@ -139,6 +147,7 @@ mod tests {
             ci: (f64::NAN, f64::NAN),
             intercept: f64::NAN,
             points: 1,
+            on_seconds: None,
         };
         let scene = SceneRecord {
             name: name.to_owned(),
@@ -147,6 +156,7 @@ mod tests {
             filter: "box".to_owned(),
             skipped: vec![name.to_owned()],
             notes: vec![name.to_owned()],
+            reference: String::new(),
         };
         let record = MethodRecord {
             label: name.to_owned(),
@@ -202,6 +212,8 @@ mod tests {
             agreement: vec![agreement],
             slopes: vec![slope],
             ratios: vec![ratio],
+            references: Vec::new(),
+            sequences: Vec::new(),
             integrals: Vec::new(),
             fireflies: vec![firefly],
             manifest,

@@ -3,7 +3,9 @@
 use crate::export::notation::superscript;
 use crate::export::png::columns;
 use crate::path_class::carries;
+use crate::record::judged::layers;
 use crate::result::MethodResult;
+use crate::statistics::Interval;
 use integrators::{Layer, Measurement};
 
 /// Variation below this part of the mean is rounding of `f32`, not variance.
@@ -20,6 +22,8 @@ pub struct Row {
     /// One over (variance of a replicate × its seconds), the seconds being those of all orders together [1/s]; `None` where
     /// nothing but rounding varies, or there is no light.
     pub efficiency: Option<f64>,
+    /// 95 % intervals of variance and efficiency, from as many replicates on as they hold for.
+    pub intervals: Option<(Interval, Interval)>,
     /// Whether nothing but rounding varies.
     pub exact: bool,
     /// Whether the method carries all of this layer's light, as far as can be told.
@@ -52,7 +56,10 @@ impl Numbers {
         for (method, rows) in methods.iter().zip(&mut rows) {
             for (&column, row) in columns.iter().zip(rows) {
                 let carried = carries(&method.missing_light, column, method.measurement.max_order);
-                row.iter_mut().for_each(|row| row.complete &= carried);
+                row.iter_mut().for_each(|row| {
+                    row.complete &= carried;
+                    row.intervals = intervals(method, column);
+                });
             }
         }
         Self { columns, rows }
@@ -67,6 +74,15 @@ impl Numbers {
         ranking.sort_by(|a, b| b.1.total_cmp(&a.1));
         ranking
     }
+}
+
+/// The intervals of the variance of one sample and of the efficiency.
+fn intervals(method: &MethodResult, column: Option<Layer>) -> Option<(Interval, Interval)> {
+    let known = method.intervals.as_ref()?;
+    let (i, _) = layers(method).find(|(_, layer)| *layer == column)?;
+    let n = f64::from(method.measurement.samples_per_replicate);
+    let (low, high) = known.variance[i].interval?;
+    Some(((low * n, high * n), known.efficiency[i].interval?))
 }
 
 fn row(measurement: &Measurement, column: Option<Layer>) -> Option<Row> {
@@ -92,6 +108,7 @@ fn row(measurement: &Measurement, column: Option<Layer>) -> Option<Row> {
         error: standard_error(&means),
         variance: variance.map(|v| v * f64::from(measurement.samples_per_replicate)),
         efficiency: variance.filter(|_| !exact).map(|v| 1.0 / (v * seconds)).filter(|e| e.is_finite()),
+        intervals: None,
         exact,
         complete: mean != 0.0,
     })

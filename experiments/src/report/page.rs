@@ -2,12 +2,12 @@
 
 use super::samplers::{self, Integrals};
 use super::summary::{self, Sentence, Tone};
-use super::{SceneReport, agreement, fireflies, images, screens, tables};
+use super::{SceneReport, agreement, errors, fireflies, images, screens, tables};
 use crate::export::markup::Markup;
 use crate::export::notation::brief;
 use crate::fireflies::FireflyRecord;
 use crate::plot::{Figure, points};
-use crate::result::{AgreementRow, ExperimentResult, MethodResult, RatioRow, SlopeRow};
+use crate::result::{AgreementRow, ExperimentResult, MethodResult, RatioRow, SequenceRow, SlopeRow};
 
 /// Nothing may be loaded, and no script may run: the page is whole as it is.
 const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
@@ -138,6 +138,21 @@ fn scene_section(m: &mut Markup, result: &ExperimentResult, scene: &SceneReport,
         });
         if scene.numbers.rows.iter().flatten().flatten().any(|row| row.is_lit() && !row.complete) {
             m.line("p", &[("class", &"note")], "† The method can't carry all of this light here, so it is not ranked.");
+        }
+
+        let sequences: Vec<&SequenceRow> = result.sequences.iter().filter(|row| row.scene == scene.name).collect();
+        if !sequences.is_empty() {
+            errors::sequences(m, &sequences);
+        }
+        if scene.methods.iter().any(|method| !method.marginal.is_empty()) {
+            errors::marginal(m, &scene.methods, columns);
+        }
+        folded(m, "Covariances between orders", |m| errors::covariances(m, &scene.methods));
+
+        if scene.methods.iter().any(|method| method.judged.is_some()) {
+            m.line("h3", &[], "Errors against the reference");
+            figures(m, "figures", &scene.times);
+            errors::tables(m, &result.experiment, &scene.methods, columns);
         }
 
         if !scene.convergence.is_empty() {

@@ -1,6 +1,7 @@
 //! What an experiment says, in sentences: which method wins which order and by how much, whether methods agree, what light
 //! each of them misses, and what else a reader must know before believing a number.
 
+use super::errors;
 use super::numbers::{Numbers, factor, percent};
 use crate::export::notation::{brief, enumerated, listed, symbol};
 use crate::plot::two_digits;
@@ -48,6 +49,7 @@ pub fn of_scene(result: &ExperimentResult, methods: &[&MethodResult], numbers: &
     sentences.extend(methods.iter().filter_map(|method| tails(method)));
     sentences.extend(efficiency(methods, numbers).into_iter().map(plain));
     sentences.extend(agreement(&rows));
+    sentences.extend(errors::sentences(result, methods));
     let ratios: Vec<&RatioRow> = result.ratios.iter().filter(|r| r.scene == scene).collect();
     sentences.extend(samplers(&ratios).into_iter().map(plain));
     sentences.extend(convergence(&slopes).map(plain));

@@ -5,6 +5,7 @@ use crate::export::markup::Markup;
 use crate::export::notation::{symbol, words};
 use crate::plot;
 use crate::result::{AgreementRow, MethodResult, SlopeRow, Verdict};
+use crate::statistics::Interval;
 use integrators::Layer;
 
 /// A quantity that has a table: a row an order, a column a method.
@@ -18,9 +19,9 @@ pub struct Quantity {
 /// The quantities of every scene.
 pub const QUANTITIES: [Quantity; 3] = [
     Quantity { caption: "Image mean ± standard error across replicates [W/(m²·sr)]", cell: mean, ranked: false },
-    Quantity { caption: "Variance of one sample, image mean", cell: variance, ranked: false },
+    Quantity { caption: "Variance of one sample, image mean, with its 95 % interval", cell: variance, ranked: false },
     Quantity {
-        caption: "Efficiency [1/s]: 1 / (variance of a replicate × its seconds, all orders together)",
+        caption: "Efficiency [1/s] with its 95 % interval: 1 / (variance of a replicate × its seconds, all orders together)",
         cell: efficiency,
         ranked: true,
     },
@@ -35,16 +36,24 @@ fn mean(m: &mut Markup, row: &Row) {
 
 fn variance(m: &mut Markup, row: &Row) {
     match row.variance {
-        Some(variance) if row.is_lit() => m.line("data", &[("value", &variance)], short(variance)),
+        Some(variance) if row.is_lit() => with_interval(m, variance, row.intervals.map(|both| both.0)),
         _ => m.text("—"),
     }
 }
 
 fn efficiency(m: &mut Markup, row: &Row) {
     match row.efficiency {
-        Some(efficiency) => m.line("data", &[("value", &efficiency)], short(efficiency)),
+        Some(efficiency) => with_interval(m, efficiency, row.intervals.map(|both| both.1)),
         None if row.exact => m.text("exact"),
         None => m.text("—"),
+    }
+}
+
+/// A value, and below it its interval.
+pub(super) fn with_interval(m: &mut Markup, value: f64, interval: Option<Interval>) {
+    m.line("data", &[("value", &value)], short(value));
+    if let Some((low, high)) = interval {
+        m.line("small", &[], format!("[{}, {}]", short(low), short(high)));
     }
 }
 
@@ -174,33 +183,42 @@ pub(super) fn number_cell(m: &mut Markup, value: f64, written: String) {
     });
 }
 
-/// The fitted slopes: a row an order, a column a method.
+/// The fitted slopes, against samples and against seconds: a row an order, a column a method.
 pub fn slopes(m: &mut Markup, rows: &[&SlopeRow], methods: &[&MethodResult], columns: &[Option<Layer>]) {
-    scrolling(m, "Slopes", |m| {
-        m.line(
-            "caption",
-            &[],
-            "Slope of log variance against log samples: estimate and 95 % bootstrap interval. Independent samples have −1",
-        );
-        head(m, "order", "number", methods.iter().map(|m| &m.label));
-        m.element("tbody", &[], |m| {
-            for &column in columns {
-                m.element("tr", &[], |m| {
-                    order_head(m, column);
-                    for method in methods {
-                        let row = rows.iter().find(|r| r.label == method.label && r.order == column);
-                        let written = row.map_or("—".to_owned(), |r| {
-                            format!("{} [{:.2}, {:.2}]", plot::two_digits(r.slope), r.ci.0, r.ci.1).replace('-', "−")
-                        });
-                        match row {
-                            Some(row) => number_cell(m, row.slope, written),
-                            None => m.line("td", &[("class", &"number")], written),
+    let on_samples =
+        "Slope of log variance against log samples: estimate and 95 % bootstrap interval. Independent samples have −1";
+    let on_seconds = "The same against log seconds, which what a replicate costs whatever its samples makes steeper";
+    for (caption, seconds) in [(on_samples, false), (on_seconds, true)] {
+        scrolling(m, "Slopes", |m| {
+            m.line("caption", &[], caption);
+            head(m, "order", "number", methods.iter().map(|m| &m.label));
+            m.element("tbody", &[], |m| {
+                for &column in columns {
+                    m.element("tr", &[], |m| {
+                        order_head(m, column);
+                        for method in methods {
+                            let row = rows.iter().find(|r| r.label == method.label && r.order == column);
+                            let line = |row: &&&SlopeRow| match seconds {
+                                false => Some((row.slope, row.ci)),
+                                true => row.on_seconds.map(|line| (line.slope, line.ci)),
+                            };
+                            slope_cell(m, row.as_ref().and_then(line));
                         }
-                    }
-                });
-            }
+                    });
+                }
+            });
         });
-    });
+    }
+}
+
+fn slope_cell(m: &mut Markup, slope: Option<(f64, (f64, f64))>) {
+    match slope {
+        Some((slope, ci)) => {
+            let written = format!("{} [{:.2}, {:.2}]", plot::two_digits(slope), ci.0, ci.1).replace('-', "−");
+            number_cell(m, slope, written);
+        }
+        None => m.line("td", &[("class", &"number")], "—"),
+    }
 }
 
 pub(super) fn order_head(m: &mut Markup, layer: Option<Layer>) {

@@ -7,7 +7,12 @@
 use super::means::{SKEWED_VALID_FROM, student_quantile, studentised, wider};
 use super::positive::recursion;
 use super::{Estimate, Interval};
+use integrators::stored;
+use rayon::prelude::*;
 use sampling::moments::Moments;
+
+/// Pixels that are looked at in one piece; pieces are added up in order.
+const PIECE: usize = 1024;
 
 /// Recursive products of all pairs of layers, one replicate at a time.
 #[derive(Clone, Debug)]
@@ -21,6 +26,8 @@ pub struct Covariances {
     products: Vec<Vec<f64>>,
 }
 
+stored!(Covariances { pixels, layers, count, mean, products });
+
 impl Covariances {
     /// No replicates yet of images with so many pixels and layers.
     pub fn new(pixels: usize, layers: usize) -> Self {
@@ -29,39 +36,75 @@ impl Covariances {
     }
 
     /// Adds a replicate's image, given by layer and pixel.
-    pub fn push(&mut self, image: impl Fn(usize, usize) -> [f64; 3]) {
+    pub fn push(&mut self, image: impl Fn(usize, usize) -> [f64; 3] + Sync) {
         self.count += 1;
-        let r = self.count as f64;
-        let mut sums = vec![0.0; self.products.len()];
-        let mut deviations = vec![[0.0; 3]; self.layers];
-        for pixel in 0..self.pixels {
-            let means = &mut self.mean[pixel * self.layers..][..self.layers];
-            for (layer, (mean, deviation)) in means.iter_mut().zip(&mut deviations).enumerate() {
-                let value = image(layer, pixel);
-                for c in 0..3 {
-                    deviation[c] = value[c] - mean[c];
-                    mean[c] += deviation[c] / r;
+        let (share, layers, pairs) = (1.0 / self.count as f64, self.layers, self.products.len());
+        let pieces: Vec<Vec<f64>> = self
+            .mean
+            .par_chunks_mut(PIECE * layers)
+            .enumerate()
+            .map(|(piece, means)| {
+                let (mut sums, mut deviations) = (vec![0.0; pairs], vec![[0.0; 3]; layers]);
+                for (i, means) in means.chunks_mut(layers).enumerate() {
+                    for (layer, (mean, deviation)) in means.iter_mut().zip(&mut deviations).enumerate() {
+                        let value = image(layer, piece * PIECE + i);
+                        for c in 0..3 {
+                            deviation[c] = value[c] - mean[c];
+                            mean[c] += deviation[c] * share;
+                        }
+                    }
+                    add_products(&mut sums, &deviations);
                 }
-            }
-            let mut pair = 0;
-            for (i, a) in deviations.iter().enumerate() {
-                for b in &deviations[..=i] {
-                    sums[pair] += a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-                    pair += 1;
-                }
-            }
-        }
+                sums
+            })
+            .collect();
         if self.count < 2 {
             return;
         }
-        let scale = (r - 1.0) / r / (3 * self.pixels) as f64;
-        self.products.iter_mut().zip(sums).for_each(|(products, sum)| products.push(sum * scale));
+        let scale = (1.0 - share) / (3 * self.pixels) as f64;
+        let sum = |pair: usize| pieces.iter().map(|piece| piece[pair]).sum::<f64>();
+        self.products.iter_mut().enumerate().for_each(|(pair, products)| products.push(sum(pair) * scale));
+    }
+
+    /// How many layers there are.
+    pub fn layers(&self) -> usize {
+        self.layers
+    }
+
+    /// What each replicate but the first adds to a layer's variance, see [`super::positive`].
+    pub fn squares(&self, layer: usize) -> &[f64] {
+        &self.products[layer * (layer + 1) / 2 + layer]
+    }
+
+    /// The same for the layers' sum: all entries of the matrix.
+    pub fn squares_of_sum(&self) -> Vec<f64> {
+        let mut sum = vec![0.0; self.count.saturating_sub(1)];
+        let mut pair = 0;
+        for (i, j) in (0..self.layers).flat_map(|i| (0..=i).map(move |j| (i, j))) {
+            let times = if i == j { 1.0 } else { 2.0 };
+            sum.iter_mut().zip(&self.products[pair]).for_each(|(sum, x)| *sum += times * x);
+            pair += 1;
+        }
+        sum
     }
 
     /// The covariance of one replicate's pixels between two layers, image and channel mean.
     pub fn covariance(&self, i: usize, j: usize, salt: u64) -> Estimate {
         let (i, j) = (i.max(j), i.min(j));
         covariance(&self.products[i * (i + 1) / 2 + j], salt)
+    }
+}
+
+/// Adds the products of one pixel's deviations.
+#[inline]
+fn add_products(sums: &mut [f64], deviations: &[[f64; 3]]) {
+    let mut rest = sums;
+    for (i, a) in deviations.iter().enumerate() {
+        let (row, after) = rest.split_at_mut(i + 1);
+        for (sum, b) in row.iter_mut().zip(deviations) {
+            *sum += a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        }
+        rest = after;
     }
 }
 
@@ -103,6 +146,9 @@ mod tests {
             let (low, high) = found.interval.unwrap();
             assert!(low < expected && expected < high);
         }
+        let total = covariances.squares_of_sum().iter().sum::<f64>() / 8.0;
+        let all: f64 = (0..9).map(|n| covariances.covariance(n / 3, n % 3, 0).value).sum();
+        assert!((total - all).abs() < 1e-12 && covariances.squares(2).len() == 8);
         assert_eq!(covariance(&[1.0; 5], 0).interval, None);
         assert_eq!(covariance(&[0.0; 9], 0).interval, Some((0.0, 0.0)));
     }

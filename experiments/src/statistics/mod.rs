@@ -5,13 +5,15 @@
 //! - [`Estimate`]: a number with its interval; [`bootstrap`]: resampling by seeded streams;
 //! - [`means`]: Student's interval, and one for skewed values; [`positive`]: variances, ratios and efficiencies, on a logarithmic
 //!   scale; [`slopes`]: lines through them, and the time to a given error;
-//! - [`covariances`]: between orders; [`errors`]: MSE, relative MSE, SMAPE and bias² against a noisy reference, streamed replicate by replicate;
+//! - [`covariances`]: between orders; [`errors`]: MSE, relative MSE and SMAPE against a noisy reference, streamed replicate by replicate;
+//!   [`bias`]: bias² apart from variance; [`time`]: the seconds to a given error, or never;
 //! - [`welch`]: do two means differ, and what difference would have been found; [`multiple`]: many tests at once;
 //!   [`uniformity`]: are p-values uniform; [`sequential`]: intervals that may be looked at after every replicate;
 //! - [`flip`]: how different two images look.
 //!
 //! What every interval assumes, its source and its measured coverage are in `docs/statistics.md`; `tests/coverage.rs` measures it.
 
+pub mod bias;
 pub mod bootstrap;
 pub mod covariances;
 pub mod errors;
@@ -21,6 +23,7 @@ pub mod multiple;
 pub mod positive;
 pub mod sequential;
 pub mod slopes;
+pub mod time;
 pub mod uniformity;
 pub mod welch;
 
