@@ -3,6 +3,7 @@
 mod agreement;
 mod bsdf_laws;
 mod cameras;
+mod classics;
 mod cli;
 mod coverage;
 mod crops;
@@ -15,6 +16,7 @@ mod faults;
 mod gltf;
 mod instances;
 mod irradiance;
+mod merging;
 mod meshes;
 mod mis_weights;
 mod needs;

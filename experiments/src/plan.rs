@@ -106,7 +106,8 @@ impl Plan {
                 let settings = self.render_settings(method);
                 let request = render::request(&scene.scene, &*method.method, &settings, &self.parts)?;
                 let layers = request.film_layers() as u64;
-                of_scene += u128::from(Render::bytes(pixels, layers));
+                of_scene +=
+                    u128::from(Render::bytes(pixels, layers)) + u128::from(method.method.bytes(pixels, &request));
                 kept += u128::from(pixels) * u128::from(layers) * 48;
             }
             largest = largest.max(of_scene);

@@ -13,6 +13,7 @@
 //! | `covariance:J` | image mean of the covariance of one sample between this row's order and order J ≥ it |
 //! | `efficiency` | 1 / (variance of a replicate · its seconds) |
 //! | `checkpoint_variance` | image mean of the variance of a replicate of spp / replicates samples |
+//! | `checkpoint_mean` | image mean of those replicates \[W/(m²·sr)\], which tells a bias that falls with their samples |
 //! | `slope` | of log `checkpoint_variance` against log samples; of an integral, of log `mse` |
 //! | `rmse_ratio` | root mean squared error over that of the same method with the experiment's first sampler |
 //! | `mse` | of an integral of known value, whose name stands for the scene: mean squared error of spp / replicates samples |
@@ -246,6 +247,12 @@ impl Table {
 
     fn add_convergence(&mut self, blank: &Record, method: &MethodResult, result: &ExperimentResult) {
         for point in &method.convergence {
+            self.add(Record {
+                order: order_name(point.order),
+                quantity: "checkpoint_mean",
+                value: point.mean,
+                ..blank.over([point])
+            });
             self.add(Record {
                 order: order_name(point.order),
                 quantity: "checkpoint_variance",

@@ -3,7 +3,7 @@
 use crate::config::Experiment;
 use crate::fireflies::FireflyRecord;
 use crate::statistics::slopes::Line;
-use integrators::{Layer, Measurement};
+use integrators::{Bias, Layer, Measurement};
 use sampling::sampler::SamplerKind;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -73,8 +73,20 @@ pub struct MethodResult {
     pub convergence: Vec<Checkpoint>,
     /// The light that this method cannot carry here, in words; empty for none.
     pub missing_light: Vec<String>,
+    /// How the mean of its images stands to the truth.
+    pub bias: Bias,
     /// What the scene let the render leave out.
     pub skipped: Vec<String>,
+}
+
+impl MethodResult {
+    /// Its label as tables write it, with the bias that it has.
+    pub fn title(&self) -> String {
+        match self.bias.label() {
+            Some(bias) => format!("{} ({bias})", self.label),
+            None => self.label.clone(),
+        }
+    }
 }
 
 /// The variance of one replicate at one number of samples, for one layer or for the sum of all.
@@ -215,9 +227,16 @@ pub enum Verdict {
     Inconclusive,
     /// One of them cannot carry all the light of this scene, so nothing follows.
     Incomparable,
+    /// One of them is biased, so that they may well differ.
+    Biased,
 }
 
 impl Verdict {
+    /// Whether the comparison is of means that should be equal.
+    pub fn is_judged(self) -> bool {
+        !matches!(self, Verdict::Incomparable | Verdict::Biased)
+    }
+
     /// As records and tables write it.
     pub fn name(self) -> &'static str {
         match self {
@@ -226,6 +245,7 @@ impl Verdict {
             Verdict::Differ => "differ",
             Verdict::Inconclusive => "inconclusive",
             Verdict::Incomparable => "incomparable",
+            Verdict::Biased => "biased",
         }
     }
 }

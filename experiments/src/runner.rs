@@ -236,6 +236,7 @@ fn result(job: Job) -> MethodResult {
         measurement: job.finish().0,
         convergence: Vec::new(),
         missing_light: path_class::missing(&*planned.method, &scene.scene),
+        bias: planned.method.bias(),
         skipped: scene.scene.needs.skipped().into_iter().map(str::to_owned).collect(),
     }
 }

@@ -69,6 +69,7 @@ fn results(factor: f32, columns: u32) -> [MethodResult; 2] {
             measurement: render.finish(),
             convergence: Vec::new(),
             missing_light: Vec::new(),
+            bias: integrators::Bias::None,
             skipped: Vec::new(),
         }
     };

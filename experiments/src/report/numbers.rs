@@ -4,7 +4,7 @@ use crate::export::notation::superscript;
 use crate::export::png::columns;
 use crate::path_class::carries;
 use crate::result::MethodResult;
-use integrators::{Layer, Measurement};
+use integrators::{Bias, Layer, Measurement};
 
 /// Variation below this part of the mean is rounding of `f32`, not variance.
 const ROUNDING: f64 = 1e-6;
@@ -51,7 +51,8 @@ impl Numbers {
         let mut rows: Vec<Vec<Option<Row>>> = methods.iter().map(row).collect();
         for (method, rows) in methods.iter().zip(&mut rows) {
             for (&column, row) in columns.iter().zip(rows) {
-                let carried = carries(&method.missing_light, column, method.measurement.max_order);
+                let carried =
+                    carries(&method.missing_light, column, method.measurement.max_order) && method.bias == Bias::None;
                 row.iter_mut().for_each(|row| row.complete &= carried);
             }
         }
