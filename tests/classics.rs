@@ -103,7 +103,12 @@ fn every_method_carries_what_its_expression_says() {
                 if own.mean == 0.0 {
                     assert_eq!(truth.mean, 0.0, "{label}");
                 }
-                if number == 0 { family.image(label, own, *truth) } else { family.block(label, own, *truth) }
+                // What four mirrors show is rare.
+                if number == 0 && order < MAX_ORDER {
+                    family.image(label, own, *truth)
+                } else {
+                    family.block(label, own, *truth)
+                }
             }
         }
     }

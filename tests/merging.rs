@@ -71,7 +71,7 @@ fn floor() -> Scene {
     let white = builder.material(lambert(0.8));
     builder.quad(dvec3(-2.0, 0.0, 2.0), DVec3::X * 4.0, DVec3::Z * -4.0, white);
     builder.point_emitter(dvec3(0.0, HEIGHT, 0.0), Spectrum::ONE);
-    builder.camera(camera(dvec3(0.0, 1.0, 0.0), DVec3::ZERO, 0.23, 64));
+    builder.camera(camera(dvec3(0.0, 1.0, 0.0), DVec3::ZERO, 0.23, 16));
     builder.build(Skip::Unneeded).unwrap()
 }
 
@@ -95,7 +95,7 @@ fn the_bias_is_the_kernels_and_falls_at_its_rate() {
     let truth = 0.8 / std::f64::consts::PI / (HEIGHT * HEIGHT);
     let mut family = Family::new("kernel");
     for alpha in [0.5, 0.75] {
-        for (samples, replicates) in [(1, 2048), (16, 256), (64, 128)] {
+        for (samples, replicates) in [(1, 8192), (16, 512), (64, 128)] {
             let settings = json!({"radius": 0.05, "alpha": alpha});
             let rendered =
                 merging(&scene, "ppm", settings, &format!("α {alpha} {samples}"), iterations(samples, replicates, 1));
@@ -133,13 +133,13 @@ fn agree(scene: &Scene, (radius, bound): (f64, f64), (samples, of_bdpt): (u32, u
 #[test]
 fn in_the_cornell_box_it_is_bdpt() {
     let scene = builtin("cornell_box", 16);
-    agree(&scene, (0.02, 0.004), (64, 16));
+    agree(&scene, (0.02, 0.004), (32, 16));
 }
 
 #[test]
 fn in_a_room_with_glass_it_is_bdpt() {
     let scene = builtin("glass_caustic", 16);
-    agree(&scene, (0.02, 0.01), (64, 32));
+    agree(&scene, (0.02, 0.01), (32, 32));
 }
 
 /// A point lamp above a mirror and a floor: light that no walk from the camera can meet is merged.
@@ -154,10 +154,10 @@ fn what_mirrors_send_from_a_point_is_merged() {
     let scene = builder.build(Skip::Unneeded).unwrap();
     // Vertices that the camera sees without a mirror: there light tracing has everything.
     let pixels = pixels_without_delta(&scene);
-    let light = measure(&scene, method("light").as_ref(), "light", Budget::samples(512).up_to(4));
+    let light = measure(&scene, method("light").as_ref(), "light", Budget::samples(128).up_to(4));
     let mut family = Family::new("a point by mirrors");
     for name in METHODS {
-        let merged = merging(&scene, name, json!({"radius": 0.01}), "point", iterations(64, 256, 4));
+        let merged = merging(&scene, name, json!({"radius": 0.01}), "point", iterations(32, 256, 4));
         for order in 1..=4 {
             let (a, b) = (merged.over(order, &pixels), light.over(order, &pixels));
             println!("{name} order {order}: {} ± {}", a.mean / b.mean - 1.0, a.error.hypot(b.error) / b.mean);
