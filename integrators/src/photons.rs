@@ -2,7 +2,7 @@
 //!
 //! An iteration traces one light subpath for every pixel and keeps its vertices at surfaces that scatter by other than delta
 //! lobes. They lie in a grid of cells twice as wide as the radius, so that all within the radius of a point lie in 8 cells; cells
-//! are found by a hash [Teschner03] and their photons put together by counting, in the order of the subpaths. So sums over them
+//! are found by a hash \[Teschner03\] and their photons put together by counting, in the order of the subpaths. So sums over them
 //! have the same bits for any number of threads.
 //!
 //! The radius falls from iteration to iteration, `r_i = r_1 i^((α−1)/2)`, slowly enough for the variance to vanish and fast enough for
