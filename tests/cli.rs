@@ -141,6 +141,7 @@ fn a_render_leaves_an_image_and_statistics_in_the_form_of_the_contract() {
         "threads",
         "seconds",
         "rays",
+        "bias",
         "camera_paths",
         "light_paths",
         "connections",

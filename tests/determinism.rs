@@ -1,8 +1,9 @@
 //! The same seed gives the same bits, whatever the number of threads and however the replicates are run.
 
-use crate::support::{builtin, method};
+use crate::support::{builtin, method, method_with};
 use integrators::{Measurement, Orders, Render, RenderSettings};
 use sampling::sampler::{Role, SamplerKind};
+use serde_json::json;
 
 fn settings(samples: u32, sampler: SamplerKind, instance: &str) -> RenderSettings {
     RenderSettings {
@@ -37,9 +38,13 @@ fn bits(m: &Measurement) -> Vec<u64> {
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
     let scene = builtin("cornell_box", 40);
-    for name in ["direct", "path", "light", "bdpt"] {
-        for &sampler in SamplerKind::ALL {
-            let method = method(name);
+    let by_default = ["direct", "path", "light", "bdpt"].map(|name| (name, json!({})));
+    let merging = ["vcm", "ppm"].map(|name| (name, json!({"radius": 0.05})));
+    for (name, settings_of) in by_default.into_iter().chain(merging) {
+        // Where numbers come from is no concern of merging.
+        let samplers = if ["vcm", "ppm"].contains(&name) { &SamplerKind::ALL[..1] } else { SamplerKind::ALL };
+        for &sampler in samplers {
+            let method = method_with(name, settings_of.clone());
             let with_threads = |threads: usize| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 pool.install(|| {

@@ -50,6 +50,7 @@ const FAULTS: &[(&str, &str)] = &[
     ("connection_roulette_not_compensated", "variants::connections_of_bidirectional_path_tracing"),
     ("choice_not_compensated", "variants::connections_of_bidirectional_path_tracing"),
     ("shares_of_lobes_forgotten", "parts::path_classes_add_up_and_are_the_same_for_all_methods"),
+    ("merges_left_out_of_the_sum", "mis_weights::merges::weights_sum_to_one_where_vertices_are_merged"),
     ("covariance_dropped", "statistics::variances_and_covariances_are_those_of_the_replicates"),
 ];
 

@@ -3,6 +3,7 @@
 mod agreement;
 mod bsdf_laws;
 mod cameras;
+mod classics;
 mod cli;
 mod coverage;
 mod crops;
@@ -16,6 +17,7 @@ mod gltf;
 mod instances;
 mod irradiance;
 mod judged;
+mod merging;
 mod meshes;
 mod mis_weights;
 mod needs;

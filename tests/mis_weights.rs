@@ -4,6 +4,8 @@
 //! from its vertices alone, and weighed by the same code as if that strategy had made it. No randomness is left by then, so
 //! the tolerance is that of `f32` densities.
 
+mod merges;
+
 use crate::support::{PathDensities, builtin, bumps, in_relief, lambert, room, shining, sky};
 use glam::{DVec3, dvec2, dvec3};
 use integrators::bdpt::Bdpt;

@@ -3,17 +3,14 @@
 //!
 //! False-alarm rate: 0.1 % for each test (Šidák over images and blocks).
 
-use crate::support::{Estimate, Family, builtin, grey, lambert, method_with, room, seed, shining};
-use glam::{DVec3, dvec3};
+use crate::support::{Estimate, Family, builtin, furnished, grey, method_with, seed};
 use integrators::lpe::Expression;
 use integrators::render::request;
 use integrators::{
     Measurement, Orders, Part, PartSettings, PathClass, Quantity, Render, RenderError, RenderSettings, Window,
 };
-use sampling::bsdf::{Bsdf, Dielectric, Mirror, Plastic, RoughConductor, RoughPlastic};
-use sampling::math::Spectrum;
 use sampling::sampler::{Role, SamplerKind};
-use scenes::{Scene, SceneBuilder, Skip};
+use scenes::Scene;
 use serde_json::{Value, json};
 
 const MAX_ORDER: usize = 4;
@@ -74,42 +71,6 @@ fn class(name: &str, expression: &str) -> PathClass {
     PathClass { name: name.to_owned(), expression: Expression::parse(expression).unwrap() }
 }
 
-/// A room with every kind of lobe, and two lamps that have labels.
-fn furnished(lamps: [bool; 2]) -> Scene {
-    let mut builder = room("furnished");
-    let plastic = builder.material(Bsdf::from(Plastic::new(Spectrum::new(0.6, 0.3, 0.2), 1.5)));
-    let metal = builder.material(Bsdf::from(RoughConductor::from_reflectance(Spectrum::splat(0.8), 0.4, 0.4)));
-    let mirror = builder.material(Bsdf::from(Mirror { reflectance: Spectrum::splat(0.9) }));
-    let glass = builder.material(Bsdf::from(Dielectric { eta: 1.5 }));
-    let coated = builder.material(Bsdf::from(RoughPlastic::new(Spectrum::new(0.2, 0.5, 0.6), 1.5, 0.3)));
-    let floor = builder.quad(dvec3(-1.0, -0.99, -1.0), DVec3::Z * 2.0, DVec3::X * 2.0, coated);
-    builder.label(floor, "floor");
-    for (centre, material) in [
-        (dvec3(-0.5, -0.6, 0.2), plastic),
-        (dvec3(0.5, -0.6, 0.2), metal),
-        (dvec3(-0.4, 0.2, -0.5), mirror),
-        (dvec3(0.4, 0.1, -0.3), glass),
-    ] {
-        builder.sphere(centre, 0.3, material);
-    }
-    let black = builder.material(lambert(0.0));
-    // A lamp that is off is still there.
-    for (x, label, radiance, on) in [(-0.8, "key", 3.0, lamps[0]), (0.2, "fill", 1.0, lamps[1])] {
-        let lamp = builder.quad(dvec3(x, 0.97, -0.4), DVec3::X * 0.6, DVec3::Z * 0.8, black);
-        builder.label(lamp, label);
-        if on {
-            builder.emit(lamp, shining(radiance));
-        }
-    }
-    small(builder)
-}
-
-fn small(builder: SceneBuilder) -> Scene {
-    let mut scene = builder.build(Skip::Unneeded).unwrap();
-    scene.camera.set_size(8, 8);
-    scene
-}
-
 fn methods() -> [(&'static str, Value); 4] {
     ["direct", "path", "light", "bdpt"].map(|name| match name {
         "direct" => (name, json!({})),
@@ -120,11 +81,16 @@ fn methods() -> [(&'static str, Value); 4] {
 #[test]
 fn weighted_strategies_add_up_to_every_order() {
     let parts = PartSettings { strategies: true, ..PartSettings::default() };
-    for (name, with) in methods() {
+    let merging = ["vcm", "ppm"].map(|name| (name, json!({"radius": 0.1})));
+    for (name, with) in methods().into_iter().chain(merging) {
         let m = render(&furnished([true, true]), (name, with), &parts, (4, 2)).unwrap();
         assert!(m.parts.iter().any(|part| matches!(part, Part::Strategy { .. })));
         for order in (0..=MAX_ORDER).filter(|&order| m.layer_of_order(order).is_some()) {
-            let of_order = |part: &Part| matches!(part, Part::Strategy { s, t, quantity: Quantity::Weighted } if s + t - 2 == order);
+            let of_order = |part: &Part| match *part {
+                Part::Strategy { s, t, quantity: Quantity::Weighted } => s + t - 2 == order,
+                Part::Merged { order: merged } => merged == order,
+                _ => false,
+            };
             adds_up(&m, name, Some(order), of_order);
         }
     }

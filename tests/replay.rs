@@ -13,14 +13,19 @@ use serde_json::{Value, json};
 
 /// Every method, and what of `bdpt` draws numbers of its own.
 fn methods() -> Vec<Box<dyn Integrator>> {
-    let settings: [(&str, Value); 7] = [
+    let settings: [(&str, Value); 12] = [
         ("direct", json!({})),
         ("path", json!({})),
         ("light", json!({})),
         ("bdpt", json!({})),
         ("bdpt", json!({"connections": "resampled", "light_paths": 2, "next_event_candidates": 3})),
         ("bdpt", json!({"connections": "roulette", "roulette": "throughput"})),
-        ("path", json!({"next_event": false})),
+        ("path", json!({"strategy": "bsdf"})),
+        ("path", json!({"strategy": "emitter"})),
+        ("local", json!({})),
+        ("whitted", json!({})),
+        ("vcm", json!({"radius": 0.1})),
+        ("ppm", json!({"radius": 0.1})),
     ];
     settings.into_iter().map(|(name, settings)| method_with(name, settings)).collect()
 }
@@ -60,9 +65,14 @@ fn measure(scene: &Scene, method: &dyn Integrator, settings: RenderSettings, fir
 /// Checks that a path is one: as many vertices as its technique says, and what the camera's walk alone made is its last vertex'
 /// throughput times what that emits.
 fn check_path(scene: &Scene, c: &Contribution) {
-    let Technique::Connect { s, t } = c.technique else { panic!() };
+    let (Technique::Connect { s, t } | Technique::Merge { s, t }) = c.technique else { panic!() };
     assert_eq!((c.path.light.len(), c.path.camera.len()), (usize::from(s), usize::from(t)));
     let last = &c.path.camera[usize::from(t) - 1];
+    if let Technique::Merge { .. } = c.technique {
+        // Within the radius of one another.
+        let met = c.path.light[usize::from(s) - 1].at.p;
+        assert!(met.distance(last.at.p) <= 0.1 * scene.bounds.radius);
+    }
     if s == 0 {
         let le = match &last.site {
             Site::Surface(hit) => scene.le(hit, last.wo),

@@ -95,7 +95,7 @@ fn half_spaces_give_back_their_albedo() {
     let mut family = Family::new("half-spaces");
     let variants = [
         ("coloured", GREEN, DVec3::ZERO, json!({})),
-        ("coloured without next-event estimation", GREEN, DVec3::ZERO, json!({"next_event": false})),
+        ("coloured without next-event estimation", GREEN, DVec3::ZERO, json!({"strategy": "bsdf"})),
         ("coloured with the balance heuristic", GREEN, DVec3::ZERO, json!({"mis": "balance"})),
         ("white", Stuff::white(0.03, 1.5), DVec3::ZERO, json!({})),
         ("white without a boundary", Stuff::white(0.03, 1.0), DVec3::ZERO, json!({})),
@@ -191,7 +191,7 @@ fn hollow_spheres_order_by_order() {
         ("white, of short ways", Light::Wall, Stuff::white(1e-3, 1.5), plain.clone()),
         ("coloured, of long ways", Light::Wall, long, plain.clone()),
         ("with roulette", Light::Wall, grey, json!({"roulette_start": 1})),
-        ("without next event", Light::Wall, grey, json!({"roulette": "none", "next_event": false})),
+        ("without next event", Light::Wall, grey, json!({"roulette": "none", "strategy": "bsdf"})),
         ("round a point emitter", Light::Point, long, plain),
     ];
     for (name, light, stuff, settings) in variants {

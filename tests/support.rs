@@ -14,7 +14,7 @@ pub use estimate::Estimate;
 pub use family::{Comparison, Family, POWER};
 pub use pairs::{COLUMNS, Entry, agree, pixels_without_delta};
 pub use relief::{bumps, in_relief};
-pub use room::{block, room};
+pub use room::{block, furnished, room};
 pub use sky::sky;
 pub use truth::{GAUSS, Truth};
 

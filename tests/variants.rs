@@ -38,7 +38,8 @@ fn techniques_of_path_tracing() {
     let entries = [
         entry("mis by power", json!({"roulette": "none"})),
         entry("mis by balance", json!({"roulette": "none", "mis": "balance"})),
-        entry("no next event", json!({"roulette": "none", "next_event": false})),
+        entry("no next event", json!({"roulette": "none", "strategy": "bsdf"})),
+        entry("next event alone", json!({"roulette": "none", "strategy": "emitter"})),
     ];
     agree("techniques of path tracing", &scene(), 5, &entries, 0.99);
 }

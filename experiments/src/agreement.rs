@@ -4,14 +4,15 @@
 //! each channel, which find what cancels over the image. In each family the false discovery rate is controlled at
 //! [`DISCOVERY_RATE`] [Benjamini & Hochberg 1995]; where all methods agree, that is the probability of any false alarm in a family.
 //! Light that a method cannot carry is no disagreement: where one of a pair loses some path class of the order, the pair is
-//! marked [`Verdict::Incomparable`] and takes no part. Where one of a pair found no light at all and the other did, nothing is decided:
-//! what it has not met once may be rare, and says nothing of how rare.
+//! marked [`Verdict::Incomparable`] and takes no part; nor do pairs of which one is biased, [`Verdict::Biased`]. Their means stand beside
+//! those of the others. Where one of a pair found no light at all and the other did, nothing is decided: what it has not met once may be
+//! rare, and says nothing of how rare.
 
 use crate::path_class::carries;
 use crate::result::{AgreementRow, BlockTest, MethodResult, Verdict};
 use crate::statistics::multiple::benjamini_hochberg;
 use crate::statistics::welch::{Sample, Welch, detectable, rounding, welch};
-use integrators::{Layer, Measurement};
+use integrators::{Bias, Layer, Measurement};
 use sampling::moments::Moments;
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -33,7 +34,7 @@ pub fn compare(results: &[&MethodResult]) -> Vec<AgreementRow> {
             comparisons.extend(common_layers(a, b).map(|layer| Comparison::new(a, b, layer)));
         }
     }
-    let judged: Vec<usize> = (0..comparisons.len()).filter(|&i| comparisons[i].comparable).collect();
+    let judged: Vec<usize> = (0..comparisons.len()).filter(|&i| comparisons[i].apart.is_none()).collect();
     let image_p: Vec<f64> = judged.iter().map(|&i| comparisons[i].image.p).collect();
     let block_p: Vec<f64> = judged.iter().flat_map(|&i| comparisons[i].blocks.iter().map(|test| test.p)).collect();
     let (image_adjusted, block_adjusted) = (benjamini_hochberg(&image_p), benjamini_hochberg(&block_p));
@@ -65,7 +66,8 @@ struct Comparison<'a> {
     a: &'a MethodResult,
     b: &'a MethodResult,
     layer: Layer,
-    comparable: bool,
+    /// What is known without a test.
+    apart: Option<Verdict>,
     means: (f64, f64),
     /// Whether both found light, or neither did, or it is known that there is none.
     seen: bool,
@@ -100,9 +102,13 @@ impl<'a> Comparison<'a> {
             sample.with_variance_from(variance_by_blocks(&method.measurement, layer))
         });
         let image = image_test(samples[0], samples[1], rounding, lean);
-        let comparable =
-            [a, b].iter().all(|method| carries(&method.missing_light, Some(layer), method.measurement.max_order));
-        Self { a, b, layer, comparable, means: (image_a.mean, image_b.mean), seen, image, lean, blocks }
+        let carry = |method: &&MethodResult| carries(&method.missing_light, Some(layer), method.measurement.max_order);
+        let apart = match [a, b] {
+            both if !both.iter().all(carry) => Some(Verdict::Incomparable),
+            both if both.iter().any(|method| method.bias != Bias::None) => Some(Verdict::Biased),
+            _ => None,
+        };
+        Self { a, b, layer, apart, means: (image_a.mean, image_b.mean), seen, image, lean, blocks }
     }
 
     /// All but what follows from the other comparisons.
@@ -122,7 +128,7 @@ impl<'a> Comparison<'a> {
             rejected: 0,
             smallest_adjusted_p: 1.0,
             detectable_bias,
-            verdict: Verdict::Incomparable,
+            verdict: self.apart.unwrap_or(Verdict::Incomparable),
             tests: self.blocks.iter().map(block_test).collect(),
             columns: self.a.measurement.grid.columns as usize,
         }

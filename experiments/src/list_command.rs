@@ -42,7 +42,9 @@ fn lines(kind: ListKind, methods: &Methods) -> Vec<String> {
     match kind {
         ListKind::Methods => {
             let line = |entry: &integrators::method::MethodEntry| {
-                format!("{:<12} {}; settings {}\n", entry.name, entry.summary, entry.defaults)
+                let bias = entry.bias.label().map_or(String::new(), |label| format!(" ({label})"));
+                let integrators::method::MethodEntry { name, expression, summary, defaults, .. } = entry;
+                format!("{name:<12} {expression:<10} {summary}{bias}; settings {defaults}\n")
             };
             methods.entries().iter().map(line).collect()
         }

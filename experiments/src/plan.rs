@@ -118,7 +118,8 @@ impl Plan {
                 let settings = self.render_settings(method);
                 let request = render::request(&scene.scene, &*method.method, &settings, &self.parts)?;
                 let layers = request.film_layers() as u64;
-                of_scene += u128::from(Render::bytes(pixels, layers));
+                of_scene +=
+                    u128::from(Render::bytes(pixels, layers)) + u128::from(method.method.bytes(pixels, &request));
                 // What is noted of each replicate needs the mean image, for errors once more.
                 let noted = request.layers().len() as u64 + u64::from(judged) * (request.layers().len() as u64 + 1);
                 of_scene += u128::from(pixels) * u128::from(noted) * 24;

@@ -20,6 +20,7 @@
 //! | `sequential_error` | the largest relative error that the mean may have, at whatever time one looks |
 //! | `sequential_bias` | of two methods: the relative bias that would have been found nine times out of ten, likewise |
 //! | `checkpoint_variance` | image mean of the variance of a replicate of spp / replicates samples |
+//! | `checkpoint_mean` | image mean of those replicates \[W/(m²·sr)\], which tells a bias that falls with their samples |
 //! | `slope`, `slope_seconds` | of log `checkpoint_variance` against log samples, and log seconds; of an integral, of log `mse` |
 //! | `rmse_ratio` | root mean squared error over that of the same method with the experiment's first sampler |
 //! | `mse` | also of an integral of known value, whose name stands for the scene: mean squared error of spp / replicates samples |
@@ -286,6 +287,12 @@ impl Table {
 
     fn add_convergence(&mut self, blank: &Record, method: &MethodResult, result: &ExperimentResult) {
         for point in &method.convergence {
+            self.add(Record {
+                order: order_name(point.order),
+                quantity: "checkpoint_mean",
+                value: point.mean,
+                ..blank.over([point])
+            });
             self.add(Record {
                 order: order_name(point.order),
                 quantity: "checkpoint_variance",

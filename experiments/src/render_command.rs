@@ -88,7 +88,9 @@ impl Job {
         let request = render::request(&self.scene, &*self.method, &self.settings, &self.parts)?;
         let layers = request.film_layers() as u64;
         let what = if layers > 2 * request.layers().len() as u64 { "this image, taken apart," } else { "this image" };
-        require_memory(u128::from(Render::bytes(pixels, layers)), what)?;
+        let image = u64::from(self.scene.camera.width()) * u64::from(self.scene.camera.height());
+        let kept = self.method.bytes(image, &request);
+        require_memory(u128::from(Render::bytes(pixels, layers)) + u128::from(kept), what)?;
 
         let render = |settings: RenderSettings| {
             Render::of_request(&self.scene, &*self.method, settings, self.window.clone(), request.clone())
@@ -136,6 +138,7 @@ impl Job {
             threads,
             skipped: self.scene.needs.skipped(),
             missing_light: path_class::missing(&*self.method, &self.scene),
+            bias: self.method.bias(),
         }
     }
 
@@ -153,6 +156,9 @@ impl Job {
         );
         for missing in path_class::missing(&*self.method, &self.scene) {
             text += &format!("  {} cannot carry here: {missing}\n", self.method.name());
+        }
+        if let Some(bias) = self.method.bias().label() {
+            text += &format!("  {} is {bias}\n", self.method.name());
         }
         for note in &self.scene.notes {
             text += &format!("  note: {note}\n");

@@ -6,7 +6,7 @@ use crate::observations::{Intervals, Judged};
 use crate::reference::Truth;
 use crate::statistics::Estimate;
 use crate::statistics::slopes::Line;
-use integrators::{Layer, Measurement};
+use integrators::{Bias, Layer, Measurement};
 use sampling::sampler::SamplerKind;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -91,8 +91,20 @@ pub struct MethodResult {
     pub marginal: Vec<MarginalCost>,
     /// The light that this method cannot carry here, in words; empty for none.
     pub missing_light: Vec<String>,
+    /// How the mean of its images stands to the truth.
+    pub bias: Bias,
     /// What the scene let the render leave out.
     pub skipped: Vec<String>,
+}
+
+impl MethodResult {
+    /// Its label as tables write it, with the bias that it has.
+    pub fn title(&self) -> String {
+        match self.bias.label() {
+            Some(bias) => format!("{} ({bias})", self.label),
+            None => self.label.clone(),
+        }
+    }
 }
 
 /// What an order costs beside those before it.
@@ -289,9 +301,16 @@ pub enum Verdict {
     Inconclusive,
     /// One of them cannot carry all the light of this scene, so nothing follows.
     Incomparable,
+    /// One of them is biased, so that they may well differ.
+    Biased,
 }
 
 impl Verdict {
+    /// Whether the comparison is of means that should be equal.
+    pub fn is_judged(self) -> bool {
+        !matches!(self, Verdict::Incomparable | Verdict::Biased)
+    }
+
     /// As records and tables write it.
     pub fn name(self) -> &'static str {
         match self {
@@ -300,6 +319,7 @@ impl Verdict {
             Verdict::Differ => "differ",
             Verdict::Inconclusive => "inconclusive",
             Verdict::Incomparable => "incomparable",
+            Verdict::Biased => "biased",
         }
     }
 }

@@ -343,6 +343,7 @@ fn result(job: Job, targets: &[f64]) -> MethodResult {
         measurement,
         convergence: Vec::new(),
         missing_light: path_class::missing(&*planned.method, &scene.scene),
+        bias: planned.method.bias(),
         skipped: scene.scene.needs.skipped().into_iter().map(str::to_owned).collect(),
     }
 }

@@ -48,6 +48,10 @@ struct Instances {
 #[derive(serde::Serialize)]
 struct Support {
     method: &'static str,
+    /// What it carries, as a light-path expression.
+    carries: String,
+    /// The bias that it has, if any.
+    bias: Option<&'static str>,
     unsupported: Option<String>,
     missing_light: Vec<String>,
 }
@@ -83,7 +87,13 @@ fn describe<'a>(scene: &'a Scene, found: &[Note], registry: &Methods) -> Result<
     for entry in registry.entries() {
         let method = registry.build(entry.name, &serde_json::Value::Null)?;
         let unsupported = method.unsupported(scene);
-        methods.push(Support { method: entry.name, unsupported, missing_light: path_class::missing(&*method, scene) });
+        methods.push(Support {
+            method: entry.name,
+            carries: method.expression().to_owned(),
+            bias: method.bias().label(),
+            unsupported,
+            missing_light: path_class::missing(&*method, scene),
+        });
     }
     let counts = scene.counts();
     Ok(Report {
@@ -163,9 +173,10 @@ fn in_words(report: &Report) -> String {
         let verdict = match (&support.unsupported, support.missing_light.as_slice()) {
             (Some(reason), _) => format!("cannot render it: {reason}"),
             (None, []) => "carries all its light".to_owned(),
-            (None, missing) => format!("misses {}", missing.join("; ")),
+            (None, missing) => format!("carries {}, misses {}", support.carries, missing.join("; ")),
         };
-        let _ = writeln!(text, "  {:<18} {verdict}", support.method);
+        let bias = support.bias.map_or(String::new(), |bias| format!("; {bias}"));
+        let _ = writeln!(text, "  {:<18} {verdict}{bias}", support.method);
     }
     for note in &report.mapped {
         let _ = writeln!(text, "  {note}");

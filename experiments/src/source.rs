@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
 /// The experiments embedded in the program: names and files.
-pub const LIBRARY: [(&str, &str); 10] = [
+pub const LIBRARY: [(&str, &str); 11] = [
     ("comparison", include_str!("../library/comparison.toml")),
+    ("consistency", include_str!("../library/consistency.toml")),
     ("convergence", include_str!("../library/convergence.toml")),
     ("furnace", include_str!("../library/furnace.toml")),
     ("light_vs_path", include_str!("../library/light_vs_path.toml")),

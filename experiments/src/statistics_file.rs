@@ -1,7 +1,7 @@
 //! `--stats`: what a render measured, as JSON.
 
 use crate::machine::{VERSION, peak_memory};
-use integrators::{Layer, Measurement, Part, Quantity};
+use integrators::{Bias, Layer, Measurement, Part, Quantity};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -36,6 +36,7 @@ pub struct Statistics {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     parts: Vec<PartEntry>,
     missing_light: Vec<String>,
+    bias: Bias,
     peak_memory_bytes: Option<u64>,
 }
 
@@ -102,6 +103,8 @@ pub struct Context {
     pub skipped: Vec<&'static str>,
     /// The light that the method loses.
     pub missing_light: Vec<String>,
+    /// How the mean of the method's images stands to the truth.
+    pub bias: Bias,
 }
 
 impl Statistics {
@@ -155,6 +158,7 @@ impl Statistics {
             },
             parts: m.parts().filter_map(part).collect(),
             missing_light: context.missing_light,
+            bias: context.bias,
             peak_memory_bytes: peak_memory(),
         }
     }

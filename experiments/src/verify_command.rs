@@ -40,6 +40,8 @@ struct Findings {
     replicates: u32,
     /// What single methods cannot carry here.
     missing_light: BTreeMap<String, Vec<String>>,
+    /// What bias single methods have.
+    biases: BTreeMap<String, &'static str>,
     /// Non-finite samples of each method.
     invalid: BTreeMap<String, u64>,
     pairs: Vec<Pair>,
@@ -200,6 +202,7 @@ fn findings(results: &[MethodResult], rows: &[AgreementRow], left_out: Vec<Strin
         spp: first.map_or(0, |r| r.measurement.samples()),
         replicates: first.map_or(0, |r| r.measurement.replicates),
         missing_light: named(&|r| (!r.missing_light.is_empty()).then(|| r.missing_light.clone())),
+        biases: results.iter().filter_map(|r| Some((r.label.clone(), r.bias.label()?))).collect(),
         sentence: sentence(rows, &invalid),
         invalid,
         pairs,
@@ -352,6 +355,9 @@ fn in_words(f: &Findings) -> String {
     for (method, classes) in &f.missing_light {
         classes.iter().for_each(|class| text += &format!("  {method} cannot carry here: {class}\n"));
     }
+    f.biases
+        .iter()
+        .for_each(|(method, bias)| text += &format!("  {method} is {bias}: it may differ, and is not tested\n"));
     f.left_out
         .iter()
         .filter(|reason| !reason.starts_with("exact:"))
@@ -366,6 +372,7 @@ fn cell(pair: &Pair) -> String {
         Verdict::Differ => "DIFFER".to_owned(),
         Verdict::Inconclusive => "?".to_owned(),
         Verdict::Incomparable => "—".to_owned(),
+        Verdict::Biased => "biased".to_owned(),
     }
 }
 

@@ -9,18 +9,20 @@
 //! camera subpath, and which connections a ray is traced for.
 
 mod join;
+mod merge;
 mod pilot;
 mod reservoir;
 
 use crate::connect::{EmitterEnd, Strategies};
 use crate::contribution::Sink;
 use crate::method::{Estimator, Pixel, Replicate};
+use crate::photons::Photons;
 use crate::request::Request;
 use crate::roulette::{MAX_SURVIVAL, SubpathRoulette};
 use crate::scratch::{LightPath, Scratch};
 use crate::start::{CameraStart, start_camera, start_light};
 use crate::vertex::{PathVertex, Site};
-use crate::walk::{Departure, WalkRules, walk};
+use crate::walk::{Departure, Stop, WalkRules, walk};
 use join::Join;
 use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
@@ -64,6 +66,9 @@ pub struct Bdpt {
     /// The weighted contribution from which a connection always has its ray; no setting, but found by a pilot.
     #[serde(skip)]
     pub threshold: f32,
+    /// What the camera's vertices are merged with; no setting, but what [`vcm`](crate::vcm) adds.
+    #[serde(skip)]
+    pub photons: Option<Photons>,
 }
 
 impl Default for Bdpt {
@@ -77,6 +82,7 @@ impl Default for Bdpt {
             next_event_candidates: NonZeroU16::MIN,
             connections: Connections::All,
             threshold: 0.0,
+            photons: None,
         }
     }
 }
@@ -91,8 +97,15 @@ impl Bdpt {
         let cap = if request.tail() { MAX_SURVIVAL } else { 1.0 };
         let last = request.last_order();
         let (roulette, roulette_start) = (self.roulette, self.roulette_start);
-        let rules =
-            |subpath, max_vertices| WalkRules { subpath, roulette, roulette_start, cap, max_vertices, first_number: 0 };
+        let rules = |subpath, max_vertices| WalkRules {
+            subpath,
+            roulette,
+            roulette_start,
+            cap,
+            max_vertices,
+            first_number: 0,
+            stop: Stop::Nowhere,
+        };
         // Order k takes at most k + 2 camera vertices (one less where walks cannot meet an emitter) and k + 1 light vertices.
         let camera = last.map(|k| k + 1 + needs.hittable_emitters as usize);
         // Where nothing can be connected, a light subpath serves no strategy.
@@ -102,6 +115,7 @@ impl Bdpt {
             // No sampled point of an emitter lies in the one direction of parallel rays.
             emitter_to_camera: self.emitter_to_camera && scene.camera.rays() != Rays::Parallel,
             light_paths: f64::from(self.light_paths.get()),
+            merging: self.photons.as_ref().map_or(0.0, Photons::merging),
             light: rules(Subpath::Light, light),
             camera: rules(Subpath::Camera, camera),
         }
@@ -184,7 +198,13 @@ fn trace_camera(
 }
 
 /// Adds a light subpath to those in the scratch; none where nothing shines.
-fn trace_light(scene: &Scene, strategies: &Strategies, number: u16, sampler: &mut Sampler, scratch: &mut Scratch) {
+pub(crate) fn trace_light(
+    scene: &Scene,
+    strategies: &Strategies,
+    number: u16,
+    sampler: &mut Sampler,
+    scratch: &mut Scratch,
+) {
     let rules = WalkRules { first_number: u32::from(number) * FURTHER, ..strategies.light };
     if !rules.has_room(1) {
         return;

@@ -77,22 +77,30 @@ pub struct Blocks {
     columns: Range<u32>,
     rows: Range<u32>,
     samples: u32,
+    /// Samples per pixel in one block.
+    at_once: u32,
 }
 
 impl Blocks {
     /// The blocks of some pixels with so many samples each. Tiles are those of the whole image, whatever part of them is taken.
     pub fn new(pixels: Window, samples: u32) -> Self {
         let tiles = |pixels: &Range<u32>| pixels.start / TILE..pixels.end.div_ceil(TILE);
-        Self { columns: tiles(&pixels.x), rows: tiles(&pixels.y), pixels, samples }
+        Self { columns: tiles(&pixels.x), rows: tiles(&pixels.y), pixels, samples, at_once: SAMPLES_PER_BLOCK }
     }
 
-    fn tiles(&self) -> u64 {
+    /// The same with one sample per pixel in each.
+    pub fn of_iterations(pixels: Window, samples: u32) -> Self {
+        Self { at_once: 1, ..Self::new(pixels, samples) }
+    }
+
+    /// The tiles: so many blocks share the numbers of their samples.
+    pub fn tiles(&self) -> u64 {
         self.columns.len() as u64 * self.rows.len() as u64
     }
 
     /// Number of blocks.
     pub fn count(&self) -> u64 {
-        self.tiles() * self.samples.div_ceil(SAMPLES_PER_BLOCK) as u64
+        self.tiles() * self.samples.div_ceil(self.at_once) as u64
     }
 
     /// The block of a number below [`Blocks::count`]: all tiles of the first samples, then of the next.
@@ -101,10 +109,10 @@ impl Blocks {
         let (chunk, tile) = ((index / self.tiles()) as u32, index % self.tiles());
         let x = (self.columns.start + (tile % columns) as u32) * TILE;
         let y = (self.rows.start + (tile / columns) as u32) * TILE;
-        let first = chunk * SAMPLES_PER_BLOCK;
+        let first = chunk * self.at_once;
         Block {
             tile: Window { x: x..x + TILE, y: y..y + TILE }.within(&self.pixels),
-            samples: first..(first + SAMPLES_PER_BLOCK).min(self.samples),
+            samples: first..(first + self.at_once).min(self.samples),
         }
     }
 }
@@ -115,15 +123,17 @@ mod tests {
 
     #[test]
     fn blocks_cover_every_sample_of_every_pixel_once() {
-        let blocks = Blocks::new(Window::whole(37, 18), 6);
-        let mut seen = vec![0_u32; 37 * 18 * 6];
-        for index in 0..blocks.count() {
-            let block = blocks.block(index);
-            for (x, y) in block.tile.y.clone().flat_map(|y| block.tile.x.clone().map(move |x| (x, y))) {
-                block.samples.clone().for_each(|s| seen[((y * 37 + x) * 6 + s) as usize] += 1);
+        let image = Window::whole(37, 18);
+        for blocks in [Blocks::new(image.clone(), 6), Blocks::of_iterations(image, 6)] {
+            let mut seen = vec![0_u32; 37 * 18 * 6];
+            for index in 0..blocks.count() {
+                let block = blocks.block(index);
+                for (x, y) in block.tile.y.clone().flat_map(|y| block.tile.x.clone().map(move |x| (x, y))) {
+                    block.samples.clone().for_each(|s| seen[((y * 37 + x) * 6 + s) as usize] += 1);
+                }
             }
+            assert!(seen.iter().all(|&n| n == 1));
         }
-        assert!(seen.iter().all(|&n| n == 1));
     }
 
     #[test]

@@ -11,6 +11,10 @@
 //! of a connection are known before it is made; so the terms of the strategies with fewer light vertices are summed up once along the
 //! light subpath, those with fewer camera vertices along the camera's, and a weight takes the same few steps however long the
 //! path is [vanAntwerpen11; Georgiev12].
+//!
+//! Where vertices are merged as well, vertex `i` of a path may be one at which both walks ended, near one another. With `η = N π r²`,
+//! the number of light subpaths times the area that is near, that happens with density `η · light[i] · p_i = η · camera[i] · p_{i+1}`
+//! [Georgiev12, (6), (11)]: it stands between strategies `i` and `i + 1`, and is summed up there.
 
 use crate::vertex::{PathVertex, Site, density_across, density_at};
 use crate::walk::WalkRules;
@@ -71,10 +75,29 @@ pub struct Strategies {
     pub emitter_to_camera: bool,
     /// Samples of every strategy that uses a light subpath, for one of the others.
     pub light_paths: f64,
+    /// η \[m²\], by which merging vertices competes with connecting them; 0 where none are merged.
+    pub merging: f64,
     /// How light subpaths are traced.
     pub light: WalkRules,
     /// How camera subpaths are traced.
     pub camera: WalkRules,
+}
+
+/// A light subpath's last vertex as merges know it; densities are per area \[1/m²\], or as it is at what is infinitely far.
+#[derive(Clone, Copy, Debug)]
+pub struct LightEnd {
+    /// Density with which the subpath generated it.
+    pdf: f64,
+    /// The strategies that stop before the vertex before it, as rivals of that which stops there.
+    fewer: Rivals,
+    /// Density with which the subpath generated the vertex before it.
+    pdf_before: f64,
+    /// What makes of a density per solid angle here \[1/sr\] one of the vertex before.
+    back: f64,
+    /// Whether the vertex before may be merged too.
+    merges_before: bool,
+    /// The share of the strategy that stops before this vertex, 0 where there is none.
+    share: f64,
 }
 
 /// The densities at the two vertices of a connection and the two before them, per area or as it is at what is infinitely far.
@@ -119,36 +142,107 @@ impl Strategies {
         fewer: Rivals,
         (pdf_rev, next_event): (f64, f64),
     ) -> Rivals {
+        let rivals = self.up_to_light(light, j, delta, fewer, next_event);
+        let rivals = self.mis.relative(rivals, ratio(pdf_rev, light[j].pdf_fwd));
+        self.join_merge(rivals, j > 0 && !delta, pdf_rev)
+    }
+
+    /// The same strategies as rivals of that of `j` light vertices, which is one of them.
+    #[inline]
+    fn up_to_light(&self, light: &[PathVertex], j: usize, delta: bool, fewer: Rivals, next_event: f64) -> Rivals {
         let (possible, share) = match j {
             0 => (emitter_end(&light[0]).is_some_and(|end| end.is_hittable()), 1.0),
             1 => (!delta, ratio(next_event, light[0].pdf_fwd)),
             _ => (!delta && !light[j - 1].delta, self.light_paths),
         };
-        let rivals = if possible { self.mis.join(fewer, share) } else { fewer };
-        self.mis.relative(rivals, ratio(pdf_rev, light[j].pdf_fwd))
+        if possible { self.mis.join(fewer, share) } else { fewer }
+    }
+
+    /// Rivals and the merge at a vertex, if it is possible, which has this density from the end where they are not.
+    #[inline]
+    fn join_merge(&self, rivals: Rivals, possible: bool, density: f64) -> Rivals {
+        let merges = self.merging > 0.0 && possible;
+        if merges {
+            self.mis.join(rivals, fault!("merges_left_out_of_the_sum", self.merging, 0.0) * density)
+        } else {
+            rivals
+        }
     }
 
     /// The strategies of at most `j ≥ 1` camera vertices, of which the path's other vertices are two or more, as rivals of
     /// that of `j + 1`.
     #[inline]
     fn fewer_camera(&self, camera: &[PathVertex], j: usize, delta: bool, fewer: Rivals, pdf_rev: f64) -> Rivals {
+        let rivals = self.up_to_camera(camera, j, delta, fewer);
+        let rivals = self.mis.relative(rivals, ratio(pdf_rev, camera[j].pdf_fwd));
+        self.join_merge(rivals, !delta, pdf_rev)
+    }
+
+    /// The same strategies as rivals of that of `j` camera vertices, which is one of them.
+    #[inline]
+    fn up_to_camera(&self, camera: &[PathVertex], j: usize, delta: bool, fewer: Rivals) -> Rivals {
         let possible = !delta && !camera[j - 1].delta;
         let count = fault!("light_subpaths_counted_once", self.light_paths, 1.0);
-        let rivals = if possible { self.mis.join(fewer, count) } else { fewer };
-        self.mis.relative(rivals, ratio(pdf_rev, camera[j].pdf_fwd))
+        if possible { self.mis.join(fewer, count) } else { fewer }
     }
 
     /// What shorter camera subpaths have against one of `t` vertices, whose last two have these densities from the light's end.
     #[inline]
     fn shorter_camera(&self, camera: &[PathVertex], to_z: f64, back_z: f64) -> Rivals {
-        let t = camera.len();
-        let before = |n: usize| t.checked_sub(n).filter(|&j| j > 0);
-        let Some(last) = before(1) else { return Rivals::NONE };
-        let mut rivals = before(3).map_or(Rivals::NONE, |j| camera[j].rivals);
-        if let Some(j) = before(2) {
-            rivals = self.fewer_camera(camera, j, camera[j].delta, rivals, back_z);
-        }
+        let Some(last) = camera.len().checked_sub(1).filter(|&j| j > 0) else { return Rivals::NONE };
+        let rivals = self.before_last(camera, back_z);
         self.fewer_camera(camera, last, false, rivals, to_z)
+    }
+
+    /// The strategies of at most `t − 2` camera vertices as rivals of that of `t − 1`, for a camera subpath of `t`, of whose vertices
+    /// the last but one has this density from the light's end.
+    #[inline]
+    fn before_last(&self, camera: &[PathVertex], back_z: f64) -> Rivals {
+        let Some(j) = camera.len().checked_sub(2).filter(|&j| j > 0) else { return Rivals::NONE };
+        let rivals = if j > 1 { camera[j - 1].rivals } else { Rivals::NONE };
+        self.fewer_camera(camera, j, camera[j].delta, rivals, back_z)
+    }
+
+    /// What a merge must know of the subpath that ends with a light subpath's vertex `j ≥ 1`.
+    pub fn light_end(&self, light: &[PathVertex], j: usize, next_event: f64) -> LightEnd {
+        let (y, before) = (&light[j], &light[j - 1]);
+        let fewer = if j >= 2 { light[j - 2].rivals } else { Rivals::NONE };
+        let share = match j {
+            1 => ratio(next_event, before.pdf_fwd),
+            _ if before.delta => 0.0,
+            _ => self.light_paths,
+        };
+        LightEnd {
+            pdf: y.pdf_fwd,
+            fewer: self.up_to_light(light, j - 1, before.delta, fewer, next_event),
+            pdf_before: before.pdf_fwd,
+            back: before.density(1.0, y.at.p),
+            merges_before: j >= 2 && !before.delta,
+            share,
+        }
+    }
+
+    /// The weight of the path made by merging a light subpath's last vertex, which light reaches from `wi`, with a camera
+    /// subpath's, whose surface stands for both.
+    pub fn weight_merged(&self, end: &LightEnd, wi: Vec3, camera: &[PathVertex]) -> f64 {
+        let (t, mis) = (camera.len(), self.mis);
+        let z = &camera[t - 1];
+        let Site::Surface(interaction) = &z.site else { return 1.0 };
+        let back_y = end.back
+            * f64::from(interaction.pdf(z.wo, wi, TransportMode::Radiance) * self.camera.survival(interaction));
+        let back_z = match t {
+            3.. => {
+                let back = interaction.pdf(wi, z.wo, TransportMode::Importance);
+                camera[t - 2].density(back * self.light.survival(interaction), z.at.p)
+            }
+            _ => 0.0,
+        };
+        let from_light =
+            self.join_merge(mis.relative(end.fewer, ratio(back_y, end.pdf_before)), end.merges_before, back_y);
+        let from_light = if end.share > 0.0 { mis.join(from_light, end.share) } else { from_light };
+        let from_camera = self.up_to_camera(camera, t - 1, false, self.before_last(camera, back_z));
+        let own = |pdf: f64| 1.0 / (self.merging * pdf);
+        mis.weight(mis.merge(mis.relative(from_light, own(end.pdf)), mis.relative(from_camera, own(z.pdf_fwd))))
     }
 
     /// The weight of the path made by joining the last vertices of two subpaths, the light one not empty.

@@ -40,6 +40,15 @@ impl Technique {
         Technique::Connect { s: number(s), t: number(t) }
     }
 
+    /// The merge of a light subpath's last vertex, one of `s`, with a camera subpath's, one of `t`. Numbers are bounded as above.
+    #[inline]
+    pub fn merge(s: usize, t: usize) -> Self {
+        match Self::connect(s, t) {
+            Technique::Connect { s, t } => Technique::Merge { s, t },
+            whole => whole,
+        }
+    }
+
     /// Number of scatterings of the path.
     #[inline]
     pub fn order(self) -> usize {

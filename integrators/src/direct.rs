@@ -4,7 +4,7 @@
 
 use crate::contribution::{Contribution, PathView, Sink, Technique};
 use crate::method::{Estimator, Pixel};
-use crate::next_event::{pdf_next_event, pdf_next_event_environment, sample_next_event, weight2};
+use crate::next_event::{Strategy, pdf_next_event, pdf_next_event_environment, sample_next_event, weight2};
 use crate::request::Request;
 use crate::scratch::Scratch;
 use crate::start::{CameraStart, start_camera};
@@ -19,23 +19,11 @@ use scenes::{EmitterId, Endpoint, Interaction, Needs, Scene};
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 
-/// Which techniques estimate order 1.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Strategy {
-    /// A point on an emitter.
-    Emitter,
-    /// A direction from the BSDF.
-    Bsdf,
-    /// Both, weighted by MIS.
-    Mis,
-}
-
 /// A direct-illumination method's settings.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Direct {
-    /// Which techniques are used.
+    /// Which techniques estimate order 1.
     pub strategy: Strategy,
     /// How they are weighted where both are.
     pub mis: Heuristic,
@@ -49,6 +37,10 @@ impl Default for Direct {
 
 impl Estimator for Direct {
     const CLASSIFIES: bool = true;
+
+    fn expression(&self) -> &'static str {
+        if self.strategy == Strategy::Emitter { "LD?E" } else { "L(D|S)?E" }
+    }
 
     fn makes(&self, technique: Technique) -> bool {
         match technique {

@@ -257,6 +257,9 @@ impl Sink for PartsFilm<'_, '_> {
             let weight = c.weight as f32;
             film.place(&c, strategy, [value, raw, Spectrum::new(weight, 1.0, weight + 1.0)]);
         }
+        if let Some(merged) = parts.merged(c.technique) {
+            film.place(&c, merged, [value]);
+        }
         if let Some(group) = parts.group(c.emitter) {
             film.place(&c, group, [value]);
             film.place(&c, group + 1 + layer, [value]);

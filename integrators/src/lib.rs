@@ -7,8 +7,9 @@
 //!
 //! - [`contribution`]: how a path was built ([`Technique`]), what a method hands over ([`Contribution`]) and to whom ([`Sink`]);
 //! - [`request`]: which orders are asked for;
-//! - [`method`]: the traits [`Estimator`] and [`Integrator`], and THE LIST of methods, [`Methods`];
-//! - the algorithms, one a file: [`direct`], [`path`], [`light`], [`bdpt`], and [`exact`], which
+//! - [`method`]: the traits [`Estimator`] and [`Integrator`], and THE LIST of methods, [`Methods`]; [`bias`];
+//! - the algorithms, one a file: [`direct`], [`path`] and the [`classics`] that are parts of it, [`light`], [`bdpt`],
+//!   [`vcm`] and [`ppm`], which merge vertices with [`photons`], and [`exact`], which
 //!   is the truth where that is known; with what they share: [`start`], [`vertex`], [`walk`],
 //!   [`connect`], [`next_event`], [`subsurface`], [`roulette`];
 //! - [`block`]: how work is cut into pieces; [`film`] and [`splats`]: one block's sums, and the film they are reduced into, in an
@@ -20,7 +21,9 @@
 //! This crate reads and writes no files, and draws its random numbers only through [`sampling::sampler`].
 
 pub mod bdpt;
+pub mod bias;
 pub mod block;
+pub mod classics;
 pub mod connect;
 pub mod contribution;
 pub mod direct;
@@ -34,11 +37,14 @@ pub mod method;
 pub mod next_event;
 pub mod parts;
 pub mod path;
+pub mod photons;
+pub mod ppm;
 pub mod render;
 pub mod request;
 pub mod roulette;
 mod sampled;
 pub mod scratch;
+mod settings;
 pub mod splats;
 pub mod start;
 pub mod state;
@@ -46,9 +52,11 @@ pub mod statistics;
 pub mod subsurface;
 pub mod tally;
 pub mod trail;
+pub mod vcm;
 pub mod vertex;
 pub mod walk;
 
+pub use bias::Bias;
 pub use block::Window;
 pub use contribution::{Contribution, PathView, Sink, Technique, Wants};
 pub use fireflies::{Fireflies, Firefly};

@@ -40,6 +40,10 @@ impl Default for Light {
 impl Estimator for Light {
     const CLASSIFIES: bool = true;
 
+    fn expression(&self) -> &'static str {
+        "L(.*D)?E"
+    }
+
     fn makes(&self, technique: Technique) -> bool {
         matches!(technique, Technique::Connect { t: 1, .. })
     }

@@ -1,10 +1,13 @@
 //! What a method is, and THE LIST of methods.
 
+use crate::bias::Bias;
 use crate::contribution::{Contribution, Sink, Technique};
 use crate::film::{Block, BlockFilm};
+use crate::measurement::Counters;
 use crate::request::Request;
 use crate::sampled::Sampled;
 use crate::scratch::Scratch;
+use crate::settings::{nearest, parse_settings};
 use sampling::filter::{Filter, FilterSample};
 use sampling::sampler::{Sampler, SamplerKind, StreamKey};
 use sampling::{Vec2, vec2};
@@ -66,9 +69,20 @@ pub trait Estimator: Serialize + DeserializeOwned + Default + Send + Sync + 'sta
     /// Whether it names the emitter and the classes of every path, so that light groups and path classes can be kept apart.
     const CLASSIFIES: bool = false;
 
+    /// The light-path expression, in the lecture's notation, of the path classes that it carries where no emitter is a point or a
+    /// direction.
+    fn expression(&self) -> &'static str {
+        "L.*E"
+    }
+
+    /// How the mean of its images stands to the truth about those classes.
+    fn bias(&self) -> Bias {
+        Bias::None
+    }
+
     /// Whether it has paths of this technique.
-    fn makes(&self, _technique: Technique) -> bool {
-        true
+    fn makes(&self, technique: Technique) -> bool {
+        matches!(technique, Technique::Connect { .. })
     }
 
     /// Why it cannot work in a scene, if so.
@@ -94,6 +108,20 @@ pub trait Estimator: Serialize + DeserializeOwned + Default + Send + Sync + 'sta
     /// The same with what it must know before a replicate's first sample, found by a pilot; `None` where it need know nothing.
     fn prepare(&self, _scene: &Scene, _request: &Request, _replicate: &Replicate) -> Option<Self> {
         None
+    }
+
+    /// Whether it works in iterations: whether a sample needs to know something of all samples of its number.
+    const ITERATES: bool = false;
+
+    /// Learns what the samples of this number need to know; called on what [`prepare`](Self::prepare) gave, before any of them is
+    /// taken and when no other is.
+    fn iterate(&mut self, _scene: &Scene, _request: &Request, _replicate: &Replicate, _number: u32) -> Counters {
+        Counters::default()
+    }
+
+    /// Bytes that it keeps besides the film.
+    fn bytes(&self, _pixels: u64, _request: &Request) -> u64 {
+        0
     }
 
     /// Takes one sample of `pixel`. `sampler` stands at that sample; every estimate it gives is of the whole image's
@@ -130,9 +158,20 @@ pub trait Integrator: Send + Sync {
         false
     }
 
+    /// The light-path expression, in the lecture's notation, of the path classes that it carries where no emitter is a point or a
+    /// direction.
+    fn expression(&self) -> &str {
+        "L.*E"
+    }
+
+    /// How the mean of its images stands to the truth about those classes.
+    fn bias(&self) -> Bias {
+        Bias::None
+    }
+
     /// Whether it has paths of this technique.
-    fn makes(&self, _technique: Technique) -> bool {
-        true
+    fn makes(&self, technique: Technique) -> bool {
+        matches!(technique, Technique::Connect { .. })
     }
 
     /// Why it cannot work in a scene, if so.
@@ -147,6 +186,16 @@ pub trait Integrator: Send + Sync {
     /// Whether a sample may bring light to other pixels than its own.
     fn splats(&self) -> bool {
         true
+    }
+
+    /// Whether it works in iterations: whether its passes are told before the samples of each number.
+    fn iterates(&self) -> bool {
+        false
+    }
+
+    /// Bytes that it keeps besides the film.
+    fn bytes(&self, _pixels: u64, _request: &Request) -> u64 {
+        0
     }
 
     /// Takes one sample of a replicate again, of the pixel in this column and row, and shows all that it contributes, with the
@@ -169,6 +218,11 @@ pub trait Integrator: Send + Sync {
 
 /// A replicate at work.
 pub trait Pass: Sync {
+    /// Gets ready for the samples of a number, where the method [iterates](Integrator::iterates); none is at work meanwhile.
+    fn begin_iteration(&mut self, _number: u32) -> Counters {
+        Counters::default()
+    }
+
     /// Does one block's work. Called once for every block, from any thread.
     fn run(&self, block: Block, out: &mut BlockFilm);
 }
@@ -214,6 +268,10 @@ pub struct MethodEntry {
     pub name: &'static str,
     /// What it does, in a line.
     pub summary: &'static str,
+    /// The light-path expression of what it carries by default.
+    pub expression: &'static str,
+    /// The bias that it has by default.
+    pub bias: Bias,
     /// Its settings' defaults, as a JSON object.
     pub defaults: Value,
     pub(crate) factory: Factory,
@@ -228,10 +286,21 @@ impl Methods {
     /// THE LIST.
     pub fn standard() -> Self {
         Self { entries: Vec::new() }
+            .with::<crate::classics::Emission>("emission", "order 0: what the camera sees shine")
+            .with::<crate::classics::Local>(
+                "local",
+                "orders 0 and 1 by sampled points of emitters, with shadows or without",
+            )
+            .with::<crate::classics::Whitted>(
+                "whitted",
+                "what mirrors and glass show of emitters and of what these light",
+            )
             .with::<crate::direct::Direct>("direct", "orders 0 and 1: emitter sampling, BSDF sampling, or both by MIS")
             .with::<crate::path::Path>("path", "path tracing with next-event estimation and MIS")
             .with::<crate::light::Light>("light", "particle tracing from the emitters, connected to the camera")
             .with::<crate::bdpt::Bdpt>("bdpt", "bidirectional path tracing: every strategy (s, t), weighted by MIS")
+            .with::<crate::vcm::Vcm>("vcm", "connections and merged vertices, weighted by MIS over both")
+            .with::<crate::ppm::Ppm>("ppm", "progressive photon mapping: camera walks that end among photons")
             .with::<crate::exact::Exact>("exact", "the closed form of a built-in scene's orders, where it has one")
     }
 
@@ -241,8 +310,10 @@ impl Methods {
         let factory = move |settings: &Value| -> Result<Box<dyn Integrator>, MethodError> {
             Ok(Box::new(Sampled { name, estimator: parse_settings::<E>(name, settings)? }))
         };
-        let defaults = serde_json::to_value(E::default()).unwrap_or(Value::Null);
-        self.entries.push(MethodEntry { name, summary, defaults, factory: Box::new(factory) });
+        let estimator = E::default();
+        let defaults = serde_json::to_value(&estimator).unwrap_or(Value::Null);
+        let (expression, bias) = (estimator.expression(), estimator.bias());
+        self.entries.push(MethodEntry { name, summary, expression, bias, defaults, factory: Box::new(factory) });
         self
     }
 
@@ -271,38 +342,6 @@ impl Methods {
         };
         (entry.factory)(settings)
     }
-}
-
-fn parse_settings<E: Estimator>(method: &str, settings: &Value) -> Result<E, MethodError> {
-    let bad = |reason: String| MethodError::BadSetting { method: method.to_owned(), reason };
-    let defaults = serde_json::to_value(E::default()).map_err(|e| bad(e.to_string()))?;
-    let Value::Object(mut merged) = defaults else { return Err(bad("its settings are no table".to_owned())) };
-    match settings {
-        Value::Null => {}
-        Value::Object(given) => {
-            for (key, value) in given {
-                if !merged.contains_key(key) {
-                    let known: Vec<&str> = merged.keys().map(String::as_str).collect();
-                    let mend = match nearest(key, &known) {
-                        Some(near) => format!("did you mean `{near}`? (settings: {})", known.join(", ")),
-                        None => "it has no settings".to_owned(),
-                    };
-                    return Err(MethodError::UnknownSetting { method: method.to_owned(), key: key.clone(), mend });
-                }
-                merged.insert(key.clone(), value.clone());
-                serde_json::from_value::<E>(Value::Object(merged.clone()))
-                    .map_err(|e| bad(format!("setting `{key}`: {e}")))?;
-            }
-        }
-        _ => return Err(bad("settings must be a table of names and values".to_owned())),
-    }
-    serde_json::from_value(Value::Object(merged)).map_err(|e| bad(e.to_string()))
-}
-
-/// The name most like `name`, if there is any name.
-fn nearest<'n>(name: &str, names: &[&'n str]) -> Option<&'n str> {
-    let similarity = |other: &str| strsim::jaro_winkler(&name.to_lowercase(), &other.to_lowercase());
-    names.iter().copied().max_by(|a, b| similarity(a).total_cmp(&similarity(b)))
 }
 
 #[cfg(test)]

@@ -5,6 +5,19 @@ use sampling::mis::Heuristic;
 use sampling::sampler::{Purpose, Sampler};
 use sampling::{Vec2, Vec3};
 use scenes::{EmitterId, Endpoint, Interaction, Ray, Scene, SurfacePoint};
+use serde::{Deserialize, Serialize};
+
+/// Which techniques find the emitters that light a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Strategy {
+    /// A point on an emitter.
+    Emitter,
+    /// A direction from the BSDF.
+    Bsdf,
+    /// Both, weighted by MIS.
+    Mis,
+}
 
 /// A sampled emitter point.
 #[derive(Clone, Copy, Debug)]

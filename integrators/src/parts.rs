@@ -11,7 +11,8 @@ use scenes::{EmitterId, LightGroup, Scene};
 /// The parts that are asked for.
 #[derive(Clone, Debug, Default)]
 pub struct PartSettings {
-    /// Every strategy `(s, t)`: what it contributes, unweighted and weighted, and its weights.
+    /// Every strategy `(s, t)`: what it contributes, unweighted and weighted, and its weights; and what merging contributes, order by
+    /// order.
     pub strategies: bool,
     /// Every light group, whole and order by order.
     pub groups: bool,
@@ -52,6 +53,11 @@ pub enum Part {
         /// What of it.
         quantity: Quantity,
     },
+    /// Of all that was merged in an order, whose strategies are not told apart.
+    Merged {
+        /// The order.
+        order: usize,
+    },
     /// Of a light group; of one of the series' layers, or of all of them.
     Group {
         /// Its name.
@@ -67,7 +73,8 @@ pub enum Part {
 }
 
 impl Part {
-    /// The name of its layer in image files: `s02_t03`, `s02_t03_raw`, `s02_t03_weight`, `group_key`, `group_key_order02`,
+    /// The name of its layer in image files: `s02_t03`, `s02_t03_raw`, `s02_t03_weight`, `merged_order02`,
+    /// `group_key`, `group_key_order02`,
     /// `lpe_caustics`.
     pub fn name(&self, max_order: usize) -> String {
         match self {
@@ -79,6 +86,7 @@ impl Part {
                     Quantity::Weights => strategy + "_weight",
                 }
             }
+            Part::Merged { order } => format!("merged_{}", Layer::Order(*order).name(max_order)),
             Part::Group { name, layer: None } => format!("group_{name}"),
             Part::Group { name, layer: Some(layer) } => format!("group_{name}_{}", layer.name(max_order)),
             Part::Class { name } => format!("lpe_{name}"),
@@ -92,6 +100,8 @@ pub struct Parts {
     list: Vec<Part>,
     /// By order and light vertices: the first of the layers of the strategy, or what stands for none.
     strategies: Vec<Vec<Option<u32>>>,
+    /// By order: the layer of what was merged, or what stands for none.
+    merged: Vec<Option<u32>>,
     /// By emitter: the first layer of its group; empty where groups are not asked for.
     groups: Vec<u32>,
     /// The first layer of the classes.
@@ -122,6 +132,11 @@ impl Parts {
                 let quantities = [Quantity::Weighted, Quantity::Raw, Quantity::Weights];
                 let strategy = quantities.map(|quantity| Part::Strategy { s, t, quantity });
                 parts.list.extend(strategy.into_iter().filter(|_| made));
+            }
+            if order > 0 && makes(Technique::merge(2, order + 1)) {
+                parts.merged.resize(order + 1, None);
+                parts.merged[order] = Some(place(&parts));
+                parts.list.push(Part::Merged { order });
             }
         }
         if settings.groups {
@@ -164,6 +179,13 @@ impl Parts {
         let Technique::Connect { s, .. } = technique else { return None };
         let of_order = self.strategies.get(technique.order())?;
         of_order.get(s as usize).copied().flatten().map(|layer| layer as usize)
+    }
+
+    /// The layer of what was merged in the order of a technique, if it merges.
+    #[inline]
+    pub(crate) fn merged(&self, technique: Technique) -> Option<usize> {
+        let Technique::Merge { .. } = technique else { return None };
+        self.merged.get(technique.order()).copied().flatten().map(|layer| layer as usize)
     }
 
     /// The layer of the group of an emitter; those of its orders follow.

@@ -8,7 +8,7 @@
 use crate::contribution::{Contribution, PathView, Sink, Technique};
 use crate::lpe::Classifier;
 use crate::method::{Estimator, Pixel};
-use crate::next_event::{Scattered, pdf_next_event, pdf_next_event_environment, sample_next_event, weight2};
+use crate::next_event::{Scattered, Strategy, pdf_next_event, pdf_next_event_environment, sample_next_event, weight2};
 use crate::request::Request;
 use crate::roulette::Roulette;
 use crate::scratch::Scratch;
@@ -18,7 +18,7 @@ use crate::trail::{self, Bounce, Trails};
 use crate::vertex::PathVertex;
 use sampling::Vec2;
 use sampling::Vec3;
-use sampling::bsdf::TransportMode;
+use sampling::bsdf::{Lobes, TransportMode};
 use sampling::fault;
 use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
@@ -31,19 +31,33 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Path {
-    /// Whether emitters are also sampled from every vertex.
-    pub next_event: bool,
+    /// Which techniques find emitters. By sampled points alone, walks still meet those that nothing else finds: seen by the camera,
+    /// in mirrors and through glass.
+    pub strategy: Strategy,
     /// How the two techniques are weighted.
     pub mis: Heuristic,
     /// How walks end.
     pub roulette: Roulette,
     /// The number of scatterings from which roulette is played.
     pub roulette_start: usize,
+    /// The lobes by which walks go on; no setting, but what makes this one of the [`classics`](crate::classics).
+    #[serde(skip)]
+    pub followed: Lobes,
+    /// Whether what stands between a point and an emitter's sampled point blocks it; no setting, as before.
+    #[serde(skip)]
+    pub shadows: bool,
 }
 
 impl Default for Path {
     fn default() -> Self {
-        Self { next_event: true, mis: Heuristic::POWER, roulette: Roulette::Throughput, roulette_start: 3 }
+        Self {
+            strategy: Strategy::Mis,
+            mis: Heuristic::POWER,
+            roulette: Roulette::Throughput,
+            roulette_start: 3,
+            followed: Lobes::ALL,
+            shadows: true,
+        }
     }
 }
 
@@ -80,7 +94,7 @@ impl Estimator for Path {
     fn makes(&self, technique: Technique) -> bool {
         match technique {
             Technique::Connect { s: 0, .. } => true,
-            Technique::Connect { s: 1, t } => self.next_event && t > 1,
+            Technique::Connect { s: 1, t } => self.strategy != Strategy::Bsdf && t > 1,
             _ => false,
         }
     }
@@ -95,7 +109,7 @@ impl Estimator for Path {
 
     fn missing_light(&self, needs: &Needs) -> Vec<String> {
         let mut missing = Vec::new();
-        if needs.delta_emitters && !self.next_event {
+        if needs.delta_emitters && self.strategy == Strategy::Bsdf {
             missing.push(
                 "L.*E from points, spots and directional emitters: no walk meets them, and next-event estimation is off"
                     .to_owned(),
@@ -165,11 +179,18 @@ impl<S: Sink> Walk<'_, S> {
         }
     }
 
+    /// Whether an emitter that the walk meets now is part of the image.
+    #[inline]
+    fn counts_what_it_meets(&self) -> bool {
+        let left_to_next_event = self.settings.strategy == Strategy::Emitter && self.last.is_some();
+        self.request.wants(self.order) && !left_to_next_event
+    }
+
     /// Adds what the hit surface emits along the walk.
     #[inline]
     fn emission(&mut self, hit: &Interaction, wo: Vec3, scratch: &mut Scratch) {
         let Some(emitter) = hit.emitter else { return };
-        if !self.request.wants(self.order) {
+        if !self.counts_what_it_meets() {
             return;
         }
         let le = self.scene.le(hit, wo);
@@ -189,7 +210,7 @@ impl<S: Sink> Walk<'_, S> {
     /// Adds what the environment sends along the walk.
     fn escape(&mut self, direction: Vec3, scratch: &mut Scratch) {
         let Some(emitter) = self.scene.environment else { return };
-        if !self.request.wants(self.order) {
+        if !self.counts_what_it_meets() {
             return;
         }
         let weight = match self.last {
@@ -259,7 +280,7 @@ impl<S: Sink> Walk<'_, S> {
         scratch.counters.bsdf_samples += 1;
         let (wi, weight, pdf) = entrance.sample(sampler.get_2d(Purpose::Direction))?;
         self.advance(Spectrum::splat(weight), sampler)?;
-        self.last = self.settings.next_event.then_some(Scattering { at: entrance.point, pdf });
+        self.last = (self.settings.strategy != Strategy::Bsdf).then_some(Scattering { at: entrance.point, pdf });
         if S::WANTS.vertices {
             self.leave(pdf, false, scratch);
         }
@@ -277,7 +298,7 @@ impl<S: Sink> Walk<'_, S> {
         sampler: &mut Sampler,
         scratch: &mut Scratch,
     ) {
-        if !self.settings.next_event || !self.request.wants(self.order + 1) {
+        if self.settings.strategy == Strategy::Bsdf || !self.request.wants(self.order + 1) {
             return;
         }
         let Some(event) = sample_next_event(self.scene, from, sampler) else { return };
@@ -287,12 +308,15 @@ impl<S: Sink> Walk<'_, S> {
         if value.is_zero() {
             return;
         }
-        scratch.counters.shadow += 1;
-        if self.scene.occluded(&event.shadow_ray(from)) {
-            return;
+        if self.settings.shadows {
+            scratch.counters.shadow += 1;
+            if self.scene.occluded(&event.shadow_ray(from)) {
+                return;
+            }
         }
         let heuristic = fault!("heuristics_differ_between_sides", self.settings.mis, Heuristic::Balance);
-        let weight = if event.delta { 1.0 } else { weight2(heuristic, event.pdf, pdf) };
+        let alone = event.delta || self.settings.strategy == Strategy::Emitter;
+        let weight = if alone { 1.0 } else { weight2(heuristic, event.pdf, pdf) };
         let y = S::WANTS.vertices.then(|| PathVertex::of_emitter(event.emitter, event.endpoint));
         match (self.classifier, bounce) {
             (Some(classifier), Some((hit, wo))) => {
@@ -313,8 +337,11 @@ impl<S: Sink> Walk<'_, S> {
         let u = sampler.get_2d(Purpose::Direction);
         scratch.counters.bsdf_samples += 1;
         let sample = hit.sample(wo, uc, u, TransportMode::Radiance)?;
+        if !sample.lobe.intersects(self.settings.followed) {
+            return None;
+        }
         self.advance(sample.weight, sampler)?;
-        let also_next_event = self.settings.next_event && !sample.lobe.is_delta();
+        let also_next_event = self.settings.strategy != Strategy::Bsdf && !sample.lobe.is_delta();
         self.last = also_next_event.then_some(Scattering { at: hit.point, pdf: sample.pdf });
         if S::WANTS.vertices {
             self.leave(sample.pdf, sample.lobe.is_delta(), scratch);

@@ -241,16 +241,26 @@ impl<'a> Render<'a> {
         let replicate = Replicate { key, sampler: settings.sampler, samples: settings.samples_per_replicate };
         let (width, height) = (self.scene.camera.width(), self.scene.camera.height());
         let taken = if self.method.splats() { Window::whole(width, height) } else { self.window.clone() };
-        let blocks = Blocks::new(taken, settings.samples_per_replicate);
-        let pass = self.method.begin(self.scene, &self.request, replicate);
+        let iterates = self.method.iterates();
+        let blocks = match iterates {
+            true => Blocks::of_iterations(taken, settings.samples_per_replicate),
+            false => Blocks::new(taken, settings.samples_per_replicate),
+        };
+        // The blocks between two of which the method may want to be told: those of an iteration, or all.
+        let together = if iterates { blocks.tiles() } else { blocks.count() };
+        let mut pass = self.method.begin(self.scene, &self.request, replicate);
         let wave = (WAVE_BYTES / BlockFilm::bytes(&self.request, width, height).max(1)).clamp(1, WAVE);
         let mut films = vec![
             BlockFilm::new(&self.request, *self.scene.camera.raster(), self.window.clone());
-            wave.min(blocks.count() as usize)
+            wave.min(together as usize)
         ];
         self.film.clear();
-        for first in (0..blocks.count()).step_by(films.len()) {
-            let count = films.len().min((blocks.count() - first) as usize);
+        let mut first = 0;
+        while first < blocks.count() {
+            if iterates && first.is_multiple_of(together) {
+                self.group.counters += pass.begin_iteration((first / together) as u32);
+            }
+            let count = films.len().min((together - first % together) as usize);
             films[..count].par_iter_mut().enumerate().for_each(|(i, film)| {
                 let block: Block = blocks.block(first + i as u64);
                 film.start(block.tile.clone());
@@ -263,7 +273,8 @@ impl<'a> Render<'a> {
                 self.group.invalid.iter_mut().zip(&film.invalid).for_each(|(sum, n)| *sum += n);
                 film.fireflies.iter().for_each(|found| self.group.fireflies.add_block(found, number));
             }
-            progress((first + count as u64) as f64 / blocks.count() as f64);
+            first += count as u64;
+            progress(first as f64 / blocks.count() as f64);
         }
         drop(pass);
         // Which blocks a film has had depends on the image alone, not on threads.

@@ -1,5 +1,6 @@
 //! Estimators as integrators: sample after sample of every pixel of a block.
 
+use crate::bias::Bias;
 use crate::contribution::{Contribution, Sink, Technique, Wants};
 use crate::film::{Block, BlockFilm, PartsFilm, PixelSink};
 use crate::measurement::Counters;
@@ -38,6 +39,14 @@ impl<E: Estimator> Integrator for Sampled<E> {
         E::CLASSIFIES
     }
 
+    fn expression(&self) -> &str {
+        self.estimator.expression()
+    }
+
+    fn bias(&self) -> Bias {
+        self.estimator.bias()
+    }
+
     fn makes(&self, technique: Technique) -> bool {
         self.estimator.makes(technique)
     }
@@ -59,6 +68,14 @@ impl<E: Estimator> Integrator for Sampled<E> {
         self.estimator.splats()
     }
 
+    fn iterates(&self) -> bool {
+        E::ITERATES
+    }
+
+    fn bytes(&self, pixels: u64, request: &Request) -> u64 {
+        self.estimator.bytes(pixels, request)
+    }
+
     fn replay(
         &self,
         scene: &Scene,
@@ -69,7 +86,10 @@ impl<E: Estimator> Integrator for Sampled<E> {
         show: &mut dyn FnMut(&Contribution),
     ) -> bool {
         let prepared = self.estimator.prepare(scene, request, &replicate);
-        let samples = Samples { estimator: &self.estimator, prepared, scene, request, replicate };
+        let mut samples = Samples { estimator: &self.estimator, prepared, scene, request, replicate };
+        if E::ITERATES {
+            samples.begin_iteration(sample);
+        }
         let (mut sampler, mut scratch) = (samples.sampler(), Scratch::default());
         samples.sample(pixel, sample, &mut sampler, &mut scratch, &mut Witness(show));
         true
@@ -125,6 +145,11 @@ struct Samples<'a, E> {
 }
 
 impl<E: Estimator> Pass for Samples<'_, E> {
+    fn begin_iteration(&mut self, number: u32) -> Counters {
+        let Self { prepared, scene, request, replicate, .. } = self;
+        prepared.as_mut().map_or(Counters::default(), |method| method.iterate(scene, request, replicate, number))
+    }
+
     fn run(&self, block: Block, out: &mut BlockFilm) {
         let counters = match self.request.parts().list() {
             [] => self.take(block, out),

@@ -4,7 +4,7 @@ use crate::measurement::Counters;
 use crate::roulette::SubpathRoulette;
 use crate::vertex::PathVertex;
 use sampling::Vec3;
-use sampling::bsdf::TransportMode;
+use sampling::bsdf::{Lobes, TransportMode};
 use sampling::fault;
 use sampling::math::Spectrum;
 use sampling::sampler::{Purpose, Sampler, Subpath};
@@ -25,6 +25,18 @@ pub struct WalkRules {
     pub max_vertices: Option<usize>,
     /// The sampler's number of its first vertex.
     pub first_number: u32,
+    /// Where it stops besides.
+    pub stop: Stop,
+}
+
+/// Where a walk stops that could go on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Stop {
+    /// Nowhere.
+    #[default]
+    Nowhere,
+    /// At surfaces with diffuse lobes, which it leaves by delta lobes alone.
+    Diffuse,
 }
 
 impl WalkRules {
@@ -149,7 +161,8 @@ fn scatter(
     let u = sampler.get_2d(Purpose::Direction);
     counters.bsdf_samples += 1;
     let sample = hit.sample(vertex.wo, uc, u, rules.mode())?;
-    if sample.weight.is_zero() {
+    let stops = rules.stop == Stop::Diffuse && hit.bsdf.lobes().intersects(Lobes::DIFFUSE) && !sample.lobe.is_delta();
+    if sample.weight.is_zero() || stops {
         return None;
     }
     let delta = fault!("delta_taken_for_connectable", sample.lobe.is_delta(), false);

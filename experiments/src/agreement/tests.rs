@@ -72,6 +72,7 @@ fn results(factor: f32, columns: u32) -> [MethodResult; 2] {
             marginal: Vec::new(),
             convergence: Vec::new(),
             missing_light: Vec::new(),
+            bias: integrators::Bias::None,
             skipped: Vec::new(),
         }
     };

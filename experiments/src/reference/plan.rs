@@ -9,7 +9,7 @@ use crate::plan::{PlannedMethod, PlannedScene};
 use crate::settings::differences;
 use crate::source::Source;
 use crate::subject::render_settings;
-use integrators::{Layer, Methods, Orders, PartSettings, RenderSettings, Request, render};
+use integrators::{Bias, Layer, Methods, Orders, PartSettings, RenderSettings, Request, render};
 use sampling::sampler::SamplerKind;
 use std::path::Path;
 use std::sync::Arc;
@@ -140,6 +140,12 @@ fn carriers(
             }
             Err(_) => continue,
         };
+        if planned.method.bias() != Bias::None {
+            if named {
+                return Err(format!("{} is biased, and no reference; name a method that is not", planned.label));
+            }
+            continue;
+        }
         let lost = missing(&*planned.method, &scene.scene);
         let carries =
             |layer: &Layer| request.layers().contains(layer) && carries(&lost, Some(*layer), experiment.max_order);
@@ -224,5 +230,6 @@ mod tests {
         let told = message("methods = [\"direct\"]");
         assert!(told.contains("order 2") && told.contains("max_order = 1"), "{told}");
         assert!(message("methods = [\"bpdt\"]").contains("did you mean `bdpt`"));
+        assert!(message("methods = [\"vcm\"]").contains("vcm is biased"));
     }
 }

@@ -7,7 +7,7 @@ use crate::export::markup::Markup;
 use crate::export::notation::{brief, symbol};
 use crate::export::png::Picture;
 use crate::plot::pen::{Sheet, colour};
-use crate::result::{AgreementRow, BlockTest, Verdict};
+use crate::result::{AgreementRow, BlockTest};
 use crate::statistics::uniformity;
 use integrators::Layer;
 
@@ -20,7 +20,7 @@ const FULL: f32 = 4.0;
 
 /// The tests that say anything: of pairs that carry the same light, in blocks where something varies.
 fn judged<'r>(rows: &[&'r AgreementRow]) -> impl Iterator<Item = &'r BlockTest> {
-    let judged = rows.iter().filter(|row| row.verdict != Verdict::Incomparable);
+    let judged = rows.iter().filter(|row| row.verdict.is_judged());
     judged.flat_map(|row| &row.tests).filter(|test| test.varies)
 }
 
@@ -95,7 +95,7 @@ fn in_words(p: &[f64], bars: &[usize; BARS]) -> String {
 pub fn maps(m: &mut Markup, rows: &[&AgreementRow]) {
     let mut pairs: Vec<(&str, &str)> = Vec::new();
     let mut layers: Vec<Layer> = Vec::new();
-    for row in rows.iter().filter(|row| row.verdict != Verdict::Incomparable && !row.tests.is_empty()) {
+    for row in rows.iter().filter(|row| row.verdict.is_judged() && !row.tests.is_empty()) {
         if !pairs.contains(&(&row.a, &row.b)) {
             pairs.push((&row.a, &row.b));
         }
@@ -117,7 +117,7 @@ pub fn maps(m: &mut Markup, rows: &[&AgreementRow]) {
                     m.line("th", &[("scope", &"row")], format!("{} – {}", brief(a), brief(b)));
                     for &layer in &layers {
                         let row = rows.iter().find(|r| (r.a.as_str(), r.b.as_str(), r.order) == (a, b, layer));
-                        let judged = row.filter(|row| row.verdict != Verdict::Incomparable);
+                        let judged = row.filter(|row| row.verdict.is_judged());
                         let words = format!("{} – {}, {}", brief(a), brief(b), symbol(Some(layer)));
                         m.element("td", &[], |m| image(m, judged.map(|row| map(row)).as_ref(), &words));
                     }

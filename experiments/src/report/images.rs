@@ -45,7 +45,7 @@ pub fn table(m: &mut Markup, methods: &[&MethodResult], columns: &[Option<Layer>
         m.element("tbody", &[], |m| {
             for method in methods {
                 m.element("tr", &[], |m| {
-                    m.element("th", &[("scope", &"row")], |m| m.line("bdi", &[], &method.label));
+                    m.element("th", &[("scope", &"row")], |m| m.line("bdi", &[], method.title()));
                     for (&column, exposure) in columns.iter().zip(&exposures) {
                         let picture = layer_index(&method.measurement, column)
                             .map(|layer| Picture::of(&method.measurement, layer, exposure.unwrap_or_default(), shrink));

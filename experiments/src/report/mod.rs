@@ -111,6 +111,7 @@ mod tests {
             marginal: Vec::new(),
             convergence: vec![point(1, 1.0), point(2, 0.0), point(4, f64::NAN)],
             missing_light: if name == "direct" { vec![scene.to_owned()] } else { Vec::new() },
+            bias: integrators::Bias::None,
             skipped: Vec::new(),
         }
     }

@@ -6,7 +6,7 @@ use crate::path_class::carries;
 use crate::record::judged::layers;
 use crate::result::MethodResult;
 use crate::statistics::Interval;
-use integrators::{Layer, Measurement};
+use integrators::{Bias, Layer, Measurement};
 
 /// Variation below this part of the mean is rounding of `f32`, not variance.
 const ROUNDING: f64 = 1e-6;
@@ -55,7 +55,8 @@ impl Numbers {
         let mut rows: Vec<Vec<Option<Row>>> = methods.iter().map(row).collect();
         for (method, rows) in methods.iter().zip(&mut rows) {
             for (&column, row) in columns.iter().zip(rows) {
-                let carried = carries(&method.missing_light, column, method.measurement.max_order);
+                let carried =
+                    carries(&method.missing_light, column, method.measurement.max_order) && method.bias == Bias::None;
                 row.iter_mut().for_each(|row| {
                     row.complete &= carried;
                     row.intervals = intervals(method, column);

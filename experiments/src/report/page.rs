@@ -137,7 +137,11 @@ fn scene_section(m: &mut Markup, result: &ExperimentResult, scene: &SceneReport,
             }
         });
         if scene.numbers.rows.iter().flatten().flatten().any(|row| row.is_lit() && !row.complete) {
-            m.line("p", &[("class", &"note")], "† The method can't carry all of this light here, so it is not ranked.");
+            m.line(
+                "p",
+                &[("class", &"note")],
+                "† The method can't carry all of this light here, or is biased, so it is not ranked.",
+            );
         }
 
         let sequences: Vec<&SequenceRow> = result.sequences.iter().filter(|row| row.scene == scene.name).collect();

@@ -150,7 +150,7 @@ fn agreement(rows: &[&AgreementRow]) -> Vec<Sentence> {
         return Vec::new();
     }
     let with = |verdict: Verdict| rows.iter().filter(move |r| r.verdict == verdict).copied();
-    let decided = |r: &&&AgreementRow| !matches!(r.verdict, Verdict::Incomparable | Verdict::Inconclusive);
+    let decided = |r: &&&AgreementRow| r.verdict.is_judged() && r.verdict != Verdict::Inconclusive;
     let compared: Vec<&AgreementRow> = rows.iter().filter(decided).copied().collect();
     let differ: Vec<&AgreementRow> = with(Verdict::Differ).collect();
     let mut sentences = Vec::new();
@@ -200,6 +200,12 @@ fn agreement(rows: &[&AgreementRow]) -> Vec<Sentence> {
             "{apart} comparisons say nothing, because one of the two methods can't carry all of the light."
         )));
     }
+    let biased = with(Verdict::Biased).count();
+    if biased > 0 {
+        sentences.push(plain(format!(
+            "{biased} comparisons are of a method that is biased, and no test was made: its means are in the table of every comparison."
+        )));
+    }
     sentences
 }
 
@@ -242,7 +248,9 @@ fn samplers(rows: &[&RatioRow]) -> Vec<String> {
 
 fn missing(methods: &[&MethodResult]) -> Vec<String> {
     let some = methods.iter().filter(|m| !m.missing_light.is_empty());
-    some.map(|m| format!("{} misses light here: {}.", brief(&m.label), m.missing_light.join("; "))).collect()
+    let missing = some.map(|m| format!("{} misses light here: {}.", brief(&m.label), m.missing_light.join("; ")));
+    let biased = methods.iter().filter_map(|m| Some((brief(&m.label), m.bias.label()?)));
+    missing.chain(biased.map(|(label, bias)| format!("{label} is {bias}."))).collect()
 }
 
 #[cfg(test)]

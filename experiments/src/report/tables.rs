@@ -61,7 +61,7 @@ pub(super) fn with_interval(m: &mut Markup, value: f64, interval: Option<Interva
 pub fn quantity(m: &mut Markup, quantity: &Quantity, methods: &[&MethodResult], numbers: &Numbers) {
     scrolling(m, quantity.caption, |m| {
         m.line("caption", &[], quantity.caption);
-        head(m, "order", "number", methods.iter().map(|m| &m.label));
+        head(m, "order", "number", methods.iter().map(|m| m.title()));
         m.element("tbody", &[], |m| {
             for (column, &layer) in numbers.columns.iter().enumerate() {
                 let ranking = if quantity.ranked { numbers.ranking(column) } else { Vec::new() };
@@ -75,7 +75,11 @@ pub fn quantity(m: &mut Markup, quantity: &Quantity, methods: &[&MethodResult], 
                             let Some(row) = &rows[column] else { return m.text("—") };
                             (quantity.cell)(m, row);
                             if row.is_lit() && !row.complete {
-                                m.line("span", &[("title", &"does not carry all of this light")], "\u{2009}†");
+                                m.line(
+                                    "span",
+                                    &[("title", &"does not carry all of this light, or is biased")],
+                                    "\u{2009}†",
+                                );
                             }
                         });
                     }
@@ -131,7 +135,7 @@ fn verdict_cell(m: &mut Markup, row: Option<&AgreementRow>) {
         Verdict::Differ if row.rejected > 0 => ("differ", format!("{} of {} blocks", row.rejected, row.blocks)),
         Verdict::Differ => ("differ", format!("t = {}", short(row.t))),
         Verdict::Inconclusive => ("inconclusive", String::new()),
-        Verdict::Incomparable => ("incomparable", String::new()),
+        Verdict::Incomparable | Verdict::Biased => ("incomparable", String::new()),
     };
     m.element("td", &[("class", &class)], |m| {
         m.text(if row.verdict == Verdict::Incomparable { "—" } else { row.verdict.name() });
@@ -191,7 +195,7 @@ pub fn slopes(m: &mut Markup, rows: &[&SlopeRow], methods: &[&MethodResult], col
     for (caption, seconds) in [(on_samples, false), (on_seconds, true)] {
         scrolling(m, "Slopes", |m| {
             m.line("caption", &[], caption);
-            head(m, "order", "number", methods.iter().map(|m| &m.label));
+            head(m, "order", "number", methods.iter().map(|m| m.title()));
             m.element("tbody", &[], |m| {
                 for &column in columns {
                     m.element("tr", &[], |m| {

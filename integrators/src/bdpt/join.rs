@@ -74,6 +74,9 @@ impl<S: Sink> Join<'_, S> {
             if self.request.wants(t - 1) {
                 self.next_event(t, sampler);
             }
+            if let Some(photons) = &self.settings.photons {
+                self.merge_weighted(t, photons, sampler);
+            }
             match self.settings.connections {
                 Connections::Resampled => self.connect_one(t, sampler),
                 Connections::All | Connections::Roulette => self.connect_all(t, sampler),
@@ -83,28 +86,35 @@ impl<S: Sink> Join<'_, S> {
 
     /// `s = 0`: the camera subpath's vertex `t − 1` emits.
     fn emission(&mut self, t: usize) {
+        let Some((end, value)) = self.emitted(t) else { return };
+        let weight = self.strategies.weight_emission(self.scene, &self.camera[..t], &end);
+        self.add_emission(t, end.emitter, value, weight);
+    }
+
+    /// What the camera subpath's vertex `t − 1` emits; `None` for nothing.
+    pub(super) fn emitted(&self, t: usize) -> Option<(EmitterEnd, Spectrum)> {
         let z = &self.camera[t - 1];
         let (end, le) = match &z.site {
             Site::Surface(interaction) => {
-                let Some(emitter) = interaction.emitter else { return };
+                let emitter = interaction.emitter?;
                 let le = self.scene.le(interaction, z.wo);
                 (EmitterEnd { emitter, endpoint: self.scene.endpoint_of(interaction) }, le)
             }
             Site::Emitter(emitter, endpoint) => {
                 (EmitterEnd { emitter: *emitter, endpoint: *endpoint }, self.scene.environment_le(-z.wo))
             }
-            Site::Camera(_) => return,
+            Site::Camera(_) => return None,
         };
         let value = z.beta * le;
-        if value.is_zero() {
-            return;
-        }
-        let camera = &self.camera[..t];
-        let weight = self.strategies.weight_emission(self.scene, camera, &end);
+        (!value.is_zero()).then_some((end, value))
+    }
+
+    /// Adds what was emitted.
+    pub(super) fn add_emission(&mut self, t: usize, emitter: EmitterId, value: Spectrum, weight: f64) {
         if let Some(classifier) = self.classifier {
-            trail::end(classifier, self.trails.camera.at(t - 1), end.emitter, &mut self.trails.classes);
+            trail::end(classifier, self.trails.camera.at(t - 1), emitter, &mut self.trails.classes);
         }
-        self.add(self.raster, (&[], camera), end.emitter, value, weight);
+        self.add(self.raster, (&[], &self.camera[..t]), emitter, value, weight);
     }
 
     /// `s = 1`: an emitter's point as seen from the camera subpath's vertex `t − 1`.
@@ -318,7 +328,7 @@ impl<S: Sink> Join<'_, S> {
     }
 
     /// Follows the words of all subpaths.
-    fn follow(&mut self, classifier: &Classifier) {
+    pub(super) fn follow(&mut self, classifier: &Classifier) {
         let Trails { camera, light, .. } = &mut *self.trails;
         camera.clear();
         camera.follow(classifier, Subpath::Camera, classifier.camera_start(), self.camera);

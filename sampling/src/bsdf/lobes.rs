@@ -27,6 +27,8 @@ impl Lobes {
     pub const TRANSMISSION: Self = Self(0b111_000);
     /// Both kinds into a single direction.
     pub const DELTA: Self = Self(0b100_100);
+    /// Both diffuse lobes.
+    pub const DIFFUSE: Self = Self(0b001_001);
     /// All that is not delta.
     pub const NON_DELTA: Self = Self(0b011_011);
     /// Every kind.

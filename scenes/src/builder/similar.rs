@@ -72,7 +72,7 @@ fn resembling(projection: &Projection, scale: f64) -> Projection {
             Receiver::Disk(radius) => Receiver::Disk(radius * scale),
             Receiver::Sphere(radius) => Receiver::Sphere(radius * scale),
         }),
-        Projection::Pinhole { .. } | Projection::Equirectangular => projection.clone(),
+        Projection::Pinhole { .. } | Projection::Equirectangular => *projection,
     }
 }
 

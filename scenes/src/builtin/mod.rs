@@ -11,6 +11,7 @@ const SCENES: &[(&str, &str)] = &[
     ("integrating_sphere", include_str!("../../library/integrating_sphere.toml")),
     ("veach_mis", include_str!("../../library/veach_mis.toml")),
     ("glass_caustic", include_str!("../../library/glass_caustic.toml")),
+    ("mirror_caustic", include_str!("../../library/mirror_caustic.toml")),
     ("indirect_lamp", include_str!("../../library/indirect_lamp.toml")),
 ];
 
