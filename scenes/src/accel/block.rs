@@ -1,31 +1,32 @@
 //! Eight triangles tested at once, in pairs that share an edge, without a leak between neighbours.
 
+use super::lanes::{Lanes, WIDTH};
 use super::pairing::Pair;
 use super::query::Query;
 use crate::ray::UNIT_ROUNDOFF;
-use glam::{DVec3, Vec4};
+use glam::DVec3;
 use sampling::{Vec2, Vec3, vec2};
 
 /// Number of pairs in a block.
-pub(super) const PAIRS: usize = 4;
+pub(super) const PAIRS: usize = WIDTH / 2;
 /// Number of triangles in a block. Lane `l` below [`PAIRS`] is the first triangle of pair `l`, above it the second.
-pub(super) const LANES: usize = 2 * PAIRS;
+pub(super) const LANES: usize = WIDTH;
 
 /// Depths are compared with room for their rounding.
 const BEYOND: f32 = 1.0 + 8.0 * UNIT_ROUNDOFF;
 
-/// Up to four pairs of triangles (a, b, c) and (a, c, d), side by side: `axes[axis][corner][pair]` holds one coordinate.
+/// Up to four pairs of triangles (a, b, c) and (a, c, d), side by side: `axes[axis][corner * PAIRS + pair]` holds one
+/// coordinate, so that eight in a row are the second corners of the eight triangles, or the third.
 ///
 /// The test is that of \[Woop13\]: corners are translated to the ray's origin and sheared so that the ray runs along its
 /// dominant axis, and the signs of three edge functions decide. Neighbours compute the same bits for a shared edge, with
 /// opposite sign, because their vertices have the same bits and the edge functions are plain products and a difference
 /// (fused ones would differ); so a ray at an edge meets at least one of the two.
 /// Rounding is monotone, so the sign of an edge function is never wrong, it can only vanish; then it is decided in `f64`.
-/// Corners shared within a pair are moved once, and the edge between its triangles is computed once.
 #[derive(Clone, Debug)]
-#[repr(align(16))]
+#[repr(align(64))]
 pub(super) struct Block {
-    axes: [[[f32; PAIRS]; 4]; 3],
+    axes: [[f32; 4 * PAIRS]; 3],
     /// The triangle of each lane, `u32::MAX` for none.
     ids: [u32; LANES],
     /// For each lane, by how much its triangle's corners are rotated against the vertices of the triangle as given.
@@ -34,22 +35,40 @@ pub(super) struct Block {
 
 /// The lanes of a block that a line may meet.
 #[derive(Clone, Copy)]
-struct Candidates {
+pub(super) struct Candidates {
     /// Lanes whose edge functions are of one sign or zero.
     inside: u32,
     /// Lanes with an edge function that is zero.
     on_edge: u32,
+    /// Lanes that are met for certain: no edge function is zero, and all corners are ahead of the origin and before the end.
+    surely: u32,
+}
+
+impl Candidates {
+    /// Whether one of them is met for certain, without a closer look.
+    #[inline(always)]
+    pub fn any_surely(&self) -> bool {
+        self.surely != 0
+    }
+
+    /// Takes one of them out.
+    #[inline(always)]
+    pub fn take(&mut self) -> Option<usize> {
+        let lane = self.inside.trailing_zeros();
+        self.inside &= self.inside.wrapping_sub(1);
+        (lane < u32::BITS).then_some(lane as usize)
+    }
 }
 
 impl Block {
     /// A block of at most four pairs. Lanes that stay free are NaN and never hit.
     pub fn new(pairs: &[Pair]) -> Self {
         debug_assert!(pairs.len() <= PAIRS);
-        let mut block = Block { axes: [[[f32::NAN; PAIRS]; 4]; 3], ids: [u32::MAX; LANES], rotations: [0; LANES] };
+        let mut block = Block { axes: [[f32::NAN; 4 * PAIRS]; 3], ids: [u32::MAX; LANES], rotations: [0; LANES] };
         for (index, pair) in pairs.iter().enumerate() {
             for (corner, p) in pair.corners.iter().enumerate() {
                 for (axis, coordinate) in p.to_array().into_iter().enumerate() {
-                    block.axes[axis][corner][index] = coordinate;
+                    block.axes[axis][corner * PAIRS + index] = coordinate;
                 }
             }
             for (half, member) in pair.members.iter().enumerate() {
@@ -71,7 +90,8 @@ impl Block {
     fn corners(&self, lane: usize) -> [Vec3; 3] {
         let pair = lane % PAIRS;
         let second = usize::from(lane >= PAIRS);
-        let corner = |c: usize| Vec3::new(self.axes[0][c][pair], self.axes[1][c][pair], self.axes[2][c][pair]);
+        let [x, y, z] = &self.axes;
+        let corner = |c: usize| Vec3::new(x[c * PAIRS + pair], y[c * PAIRS + pair], z[c * PAIRS + pair]);
         [corner(0), corner(1 + second), corner(2 + second)]
     }
 
@@ -102,68 +122,64 @@ impl Block {
         (point, uv)
     }
 
-    /// Calls `visit` with the lane and the parameter of each triangle that the query's line meets before `t_max` (about),
-    /// until it returns true; and returns whether it did. `Z` is the query's dominant axis.
+    /// The lanes whose triangle the query's line meets, unless it lies behind the origin or beyond `t_max` (about).
     #[inline(always)]
-    pub fn for_each_meeting<const Z: usize>(
-        &self,
-        query: &Query,
-        t_max: f32,
-        mut visit: impl FnMut(u32, f64) -> bool,
-    ) -> bool {
-        let Candidates { mut inside, on_edge } = self.candidates::<Z>(query, t_max);
-        while inside != 0 {
-            let lane = inside.trailing_zeros();
-            inside &= inside - 1;
-            let sure = on_edge >> lane & 1 == 0 || self.is_inside_exactly::<Z>(lane as usize, query);
-            if sure && visit(lane, self.parameter::<Z>(lane as usize, query)) {
-                return true;
-            }
+    pub fn candidates<L: Lanes>(&self, proof: L::Proof, query: &Query, t_max: f32) -> Candidates {
+        let [x, y, z] = query.axes;
+        let [a_z, b_z, c_z] = self.translated::<L>(proof, z, query.o[2]);
+        let [a_x, b_x, c_x] = self.translated::<L>(proof, x, query.o[0]);
+        let [a_y, b_y, c_y] = self.translated::<L>(proof, y, query.o[1]);
+        let (s_x, s_y) = (L::splat(proof, query.shear[0]), L::splat(proof, query.shear[1]));
+        let (a_x, b_x, c_x) = (a_x - s_x * a_z, b_x - s_x * b_z, c_x - s_x * c_z);
+        let (a_y, b_y, c_y) = (a_y - s_y * a_z, b_y - s_y * b_z, c_y - s_y * c_z);
+        let ab = a_x * b_y - a_y * b_x;
+        let bc = b_x * c_y - b_y * c_x;
+        let ca = c_x * a_y - c_y * a_x;
+        let (least, most) = (ab.min(bc).min(ca), ab.max(bc).max(ca));
+        let zero = L::splat(proof, 0.0);
+        let inside = zero.at_most(least) | most.at_most(zero);
+        let inverse_z = L::splat(proof, query.inverse_z as f32);
+        let (a, b, c) = (a_z * inverse_z, b_z * inverse_z, c_z * inverse_z);
+        let (nearest, farthest) = (a.min(b).min(c), a.max(b).max(c));
+        let inside = inside & nearest.at_most(L::splat(proof, t_max * BEYOND)) & !farthest.at_most(zero);
+        if inside == 0 {
+            return Candidates { inside, on_edge: 0, surely: 0 };
         }
-        false
+        let on_edge = inside & (least.equal_to(zero) | most.equal_to(zero));
+        let ahead = !nearest.at_most(L::splat(proof, query.uncertain));
+        let surely = inside & !on_edge & ahead & (farthest * L::splat(proof, BEYOND)).at_most(L::splat(proof, t_max));
+        Candidates { inside, on_edge, surely }
     }
 
-    /// The lanes whose triangle the query's line meets, unless all of its pair lies behind the origin or beyond `t_max`.
+    /// One coordinate of the three corners of each triangle, relative to the origin.
     #[inline(always)]
-    fn candidates<const Z: usize>(&self, query: &Query, t_max: f32) -> Candidates {
-        let [ox, oy, oz] = query.origin4;
-        let [sx, sy] = query.shear4;
-        let z = self.axes[Z].map(|z| Vec4::from_array(z) - oz);
-        let x: [Vec4; 4] = std::array::from_fn(|c| (Vec4::from_array(self.axes[(Z + 1) % 3][c]) - ox) - sx * z[c]);
-        let y: [Vec4; 4] = std::array::from_fn(|c| (Vec4::from_array(self.axes[(Z + 2) % 3][c]) - oy) - sy * z[c]);
-        let edge = |from: usize, to: usize| x[from] * y[to] - y[from] * x[to];
-        let (ab, bc, ca) = (edge(0, 1), edge(1, 2), edge(2, 0));
-        let (cd, da) = (edge(2, 3), edge(3, 0));
-        let (least, most) = (ab.min(bc).min(ca), ab.max(bc).max(ca));
-        let (least_2, most_2) = (cd.min(da).min(-ca), cd.max(da).max(-ca));
-        let first = least.cmpge(Vec4::ZERO) | most.cmple(Vec4::ZERO);
-        let second = least_2.cmpge(Vec4::ZERO) | most_2.cmple(Vec4::ZERO);
-        let inside = first.bitmask() | second.bitmask() << PAIRS;
-        if inside == 0 {
-            return Candidates { inside, on_edge: 0 };
+    fn translated<L: Lanes>(&self, proof: L::Proof, axis: usize, origin: f32) -> [L; 3] {
+        let all = &self.axes[axis];
+        let o = L::splat(proof, origin);
+        let a = L::load_twice(proof, part(all, 0));
+        let b = L::load(proof, part(all, PAIRS));
+        let c = L::load(proof, part(all, 2 * PAIRS));
+        [a - o, b - o, c - o]
+    }
+
+    /// The parameter at which the query's line meets the triangle of one of the candidates; NaN if it turns out not to.
+    #[inline(always)]
+    pub fn meeting(&self, lane: usize, candidates: &Candidates, query: &Query) -> f64 {
+        if candidates.on_edge >> lane & 1 != 0 && !self.is_inside_exactly(lane, query) {
+            return f64::NAN;
         }
-        let depth = z.map(|z| z * query.inverse_z4);
-        let nearest = depth[0].min(depth[1]).min(depth[2]).min(depth[3]);
-        let farthest = depth[0].max(depth[1]).max(depth[2]).max(depth[3]);
-        let reached = (farthest.cmpgt(Vec4::ZERO) & nearest.cmple(Vec4::splat(t_max * BEYOND))).bitmask();
-        let inside = inside & (reached | reached << PAIRS);
-        let on_edge = (least.cmpeq(Vec4::ZERO) | most.cmpeq(Vec4::ZERO)).bitmask();
-        let on_edge_2 = (least_2.cmpeq(Vec4::ZERO) | most_2.cmpeq(Vec4::ZERO)).bitmask();
-        Candidates { inside, on_edge: inside & (on_edge | on_edge_2 << PAIRS) }
+        self.parameter(lane, query)
     }
 
     /// Decides a lane with an edge function that vanished in `f32`: the same sheared corners, products exact in `f64`.
     /// What is zero even so counts as inside, for both neighbours; a triangle seen edge-on is not met.
     #[cold]
     #[inline(never)]
-    fn is_inside_exactly<const Z: usize>(&self, lane: usize, query: &Query) -> bool {
-        let [ox, oy, oz] = query.origin4.map(|o| o.x);
-        let [sx, sy] = query.shear4.map(|s| s.x);
+    fn is_inside_exactly(&self, lane: usize, query: &Query) -> bool {
+        let ([x, y, z], [o_x, o_y, o_z], [s_x, s_y]) = (query.axes, query.o, query.shear);
         let sheared = self.corners(lane).map(|p| {
-            let z = p[Z] - oz;
-            let x = (p[(Z + 1) % 3] - ox) - sx * z;
-            let y = (p[(Z + 2) % 3] - oy) - sy * z;
-            [f64::from(x), f64::from(y)]
+            let depth = p[z] - o_z;
+            [f64::from((p[x] - o_x) - s_x * depth), f64::from((p[y] - o_y) - s_y * depth)]
         });
         let edge = |a: usize, b: usize| sheared[a][0] * sheared[b][1] - sheared[a][1] * sheared[b][0];
         let (u, v, w) = (edge(0, 1), edge(1, 2), edge(2, 0));
@@ -174,21 +190,24 @@ impl Block {
     /// Where the query's line meets the plane of a lane's triangle, in `f64`, so that the sign is right however close
     /// the origin is to the plane. Kept within the depths of the corners, for triangles seen nearly edge-on.
     #[inline(always)]
-    fn parameter<const Z: usize>(&self, lane: usize, query: &Query) -> f64 {
+    fn parameter(&self, lane: usize, query: &Query) -> f64 {
         let [a, b, c] = self.corners(lane).map(|v| v.as_dvec3() - query.origin);
         let normal = (b - a).cross(c - a);
         let t = a.dot(normal) / query.direction.dot(normal);
-        let (least, most) = (min(min(a[Z], b[Z]), c[Z]), max(max(a[Z], b[Z]), c[Z]));
+        let z = &self.axes[query.axes[2]];
+        let (first, next) = (lane % PAIRS, lane + PAIRS);
+        let [a, b, c] = [z[first], z[next % z.len()], z[(next + PAIRS) % z.len()]].map(|z| f64::from(z) - query.depth);
+        let (least, most) = (min(min(a, b), c), max(max(a, b), c));
         let (from, to) = (least * query.inverse_z, most * query.inverse_z);
         // Written so that what is NaN, for a triangle seen exactly edge-on, stays so and is no hit.
-        if t < min(from, to) {
-            min(from, to)
-        } else if t > max(from, to) {
-            max(from, to)
-        } else {
-            t
-        }
+        min(max(from, to), max(min(from, to), t))
     }
+}
+
+/// So many numbers of all.
+#[inline(always)]
+fn part<const N: usize>(all: &[f32; 4 * PAIRS], from: usize) -> &[f32; N] {
+    all[from..].first_chunk().expect("there are as many")
 }
 
 /// The lesser of two numbers, in one instruction; the second if either is NaN.

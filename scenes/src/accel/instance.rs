@@ -7,8 +7,8 @@
 //! decided in `f64` without that rounding.
 
 use super::crossings::Primitive;
-use super::query::{Query, dominant_axis};
-use super::{ANALYTIC, Accel, Best, Hit, PLACED, Placed};
+use super::query::Query;
+use super::{ANALYTIC, Accel, Best, Hit, Kernel, PLACED, Placed};
 use crate::ray::{Ray, rounding};
 use crate::shape::{Analytic, Triangle};
 use glam::{DAffine3, DMat3, DVec3};
@@ -55,13 +55,8 @@ struct Within {
 
 impl Within {
     #[inline]
-    fn query<const Z: usize>(&self) -> Query {
-        Query {
-            origin: self.origin,
-            direction: self.direction,
-            inverse_z: self.direction[Z].recip(),
-            ..Query::new::<Z>(&self.ray)
-        }
+    fn query(&self) -> Query {
+        Query::of(&self.ray, self.origin, self.direction)
     }
 }
 
@@ -212,6 +207,17 @@ impl Accel {
         kept as u64 - once + self.instances.iter().map(of).sum::<u64>()
     }
 
+    /// The code that follows rays.
+    pub fn kernel(&self) -> Kernel {
+        self.kernel
+    }
+
+    /// Has rays followed by other code.
+    pub fn set_kernel(&mut self, kernel: Kernel) {
+        self.kernel = kernel;
+        self.prototypes.iter_mut().for_each(|prototype| prototype.accel.set_kernel(kernel));
+    }
+
     #[inline]
     fn prototype(&self, index: u32) -> (&Instance, &Prototype) {
         let instance = self.instance(index);
@@ -224,11 +230,7 @@ impl Accel {
         let (instance, prototype) = self.prototype(index);
         let within = prototype.enter(instance, ray, best.t);
         let mut found = Best { t: within.t_max, ..Best::new(0.0) };
-        match dominant_axis(&within.ray) {
-            0 => prototype.accel.search::<0>(&within.ray, &within.query::<0>(), &mut found),
-            1 => prototype.accel.search::<1>(&within.ray, &within.query::<1>(), &mut found),
-            _ => prototype.accel.search::<2>(&within.ray, &within.query::<2>(), &mut found),
-        }
+        prototype.accel.search(&within.query(), &mut found);
         if !found.is_hit() {
             return;
         }
@@ -249,11 +251,7 @@ impl Accel {
         let (instance, prototype) = self.prototype(index);
         let mut within = prototype.enter(instance, ray, t_max);
         within.t_max = t_max - within.start;
-        match dominant_axis(&within.ray) {
-            0 => prototype.accel.meets::<0>(&within.ray, &within.query::<0>(), within.t_max),
-            1 => prototype.accel.meets::<1>(&within.ray, &within.query::<1>(), within.t_max),
-            _ => prototype.accel.meets::<2>(&within.ray, &within.query::<2>(), within.t_max),
-        }
+        prototype.accel.meets(&within.query(), within.t_max)
     }
 
     /// Works out the point of a hit in an instance.
@@ -284,11 +282,7 @@ impl Accel {
                 visit(prototype.hit(instance, index, &within, &Best { id, ..best }, t));
             }
         };
-        match dominant_axis(&within.ray) {
-            0 => prototype.accel.all_plain::<0>(&within.ray, &within.query::<0>(), within.t_max, &mut met),
-            1 => prototype.accel.all_plain::<1>(&within.ray, &within.query::<1>(), within.t_max, &mut met),
-            _ => prototype.accel.all_plain::<2>(&within.ray, &within.query::<2>(), within.t_max, &mut met),
-        }
+        prototype.accel.all_plain(&within.query(), within.t_max, &mut met);
     }
 }
 

@@ -2,16 +2,24 @@
 //!
 //! Triangles are kept in [pairs](pairing), four pairs to a [`block`], tested together without leaks; spheres, disks and cylinders are
 //! analytic. A few primitives are simply
-//! searched; more are put in a [`tree`] of four children a node, collapsed from the binary tree that `obvhs` builds.
+//! searched; more are put in a [`tree`] of eight children a node, collapsed from the binary tree that `obvhs` builds.
 //! Whichever it is, the hits are the same: boxes only decide what is looked at. What is placed many times is kept once, in a tree of
 //! its own, and is a leaf of the tree of the scene wherever it is placed: an [`instance`].
 
+#[cfg(target_arch = "x86_64")]
+#[allow(unsafe_code)]
+mod avx2;
 mod block;
+mod collapse;
 mod crossings;
 mod instance;
+mod kernel;
+mod lanes;
 mod pairing;
 mod parting;
 mod query;
+#[allow(unsafe_code)]
+mod stack;
 mod traverse;
 mod tree;
 
@@ -22,8 +30,9 @@ use block::{Block, LANES, PAIRS};
 pub(crate) use crossings::Primitive;
 use glam::DVec3;
 pub(crate) use instance::{Instance, Prototype};
+pub use kernel::Kernel;
 use pairing::Pair;
-use query::{Query, dominant_axis};
+use query::Query;
 use sampling::{Vec2, Vec3};
 use tree::Node;
 
@@ -33,6 +42,7 @@ pub(crate) const FEW: usize = 64;
 /// The surfaces of a scene, arranged for rays.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Accel {
+    kernel: Kernel,
     blocks: Vec<Block>,
     analytic: Vec<Analytic>,
     /// Empty if the primitives are searched as a list.
@@ -173,99 +183,9 @@ impl Accel {
         &self.instances
     }
 
-    /// The first surface on the ray's interval.
-    #[inline]
-    pub fn closest(&self, ray: &Ray) -> Option<Hit> {
-        match dominant_axis(ray) {
-            0 => self.closest_along::<0>(ray),
-            1 => self.closest_along::<1>(ray),
-            _ => self.closest_along::<2>(ray),
-        }
-    }
-
-    /// Whether any surface is on the ray's interval.
-    #[inline]
-    pub fn any(&self, ray: &Ray) -> bool {
-        match dominant_axis(ray) {
-            0 => self.any_along::<0>(ray),
-            1 => self.any_along::<1>(ray),
-            _ => self.any_along::<2>(ray),
-        }
-    }
-
-    #[inline]
-    fn closest_along<const Z: usize>(&self, ray: &Ray) -> Option<Hit> {
-        let query = Query::new::<Z>(ray);
-        let mut best = Best::new(ray.t_max);
-        self.search::<Z>(ray, &query, &mut best);
-        self.resolve(ray, &query, &best)
-    }
-
-    #[inline(always)]
-    fn search<const Z: usize>(&self, ray: &Ray, query: &Query, best: &mut Best) {
-        if !self.nodes.is_empty() {
-            return self.search_closest::<Z>(ray, query, best);
-        }
-        for index in 0..self.blocks.len() as u32 {
-            self.offer_block::<Z>(index, query, best);
-        }
-        self.offer_all_analytic(query, best);
-    }
-
-    #[inline]
-    fn any_along<const Z: usize>(&self, ray: &Ray) -> bool {
-        self.meets::<Z>(ray, &Query::new::<Z>(ray), f64::from(ray.t_max))
-    }
-
-    #[inline(always)]
-    fn meets<const Z: usize>(&self, ray: &Ray, query: &Query, t_max: f64) -> bool {
-        if self.nodes.is_empty() {
-            return self.blocks.iter().any(|block| meets_block::<Z>(block, query, t_max))
-                || self.meets_any_analytic(query, t_max);
-        }
-        self.search_any::<Z>(ray, query, t_max)
-    }
-
-    #[inline(always)]
-    fn offer_block<const Z: usize>(&self, index: u32, query: &Query, best: &mut Best) {
-        let block = &self.blocks[index as usize];
-        block.for_each_meeting::<Z>(query, best.t as f32, |lane, t| {
-            best.offer(t, index * LANES as u32 + lane, block.id(lane as usize));
-            false
-        });
-    }
-
-    #[inline]
-    fn offer_all_analytic(&self, query: &Query, best: &mut Best) {
-        if self.analytic.is_empty() {
-            return;
-        }
-        let inverse_length2 = query.direction.length_squared().recip();
-        for index in 0..self.analytic.len() as u32 {
-            self.offer_analytic(index, query, inverse_length2, best);
-        }
-    }
-
-    #[inline]
-    fn offer_analytic(&self, index: u32, query: &Query, inverse_length2: f64, best: &mut Best) {
-        let [first, second] = self.analytic[index as usize].meetings(query.origin, query.direction, inverse_length2);
-        // Written so that the second counts where the first is NaN.
-        let t = if first > 0.0 { first } else { second };
-        best.offer(t, ANALYTIC | index, ANALYTIC | index);
-    }
-
-    #[inline]
-    fn meets_any_analytic(&self, query: &Query, t_max: f64) -> bool {
-        if self.analytic.is_empty() {
-            return false;
-        }
-        let inverse_length2 = query.direction.length_squared().recip();
-        self.analytic.iter().any(|surface| meets_analytic(surface, query, inverse_length2, t_max))
-    }
-
     /// Works out the point of the nearest hit, once per ray.
     #[inline]
-    fn resolve(&self, ray: &Ray, query: &Query, best: &Best) -> Option<Hit> {
+    fn resolve(&self, query: &Query, best: &Best) -> Option<Hit> {
         // The mark of nothing has all bits, so that a triangle is told by one question.
         if best.slot & (ANALYTIC | PLACED) == 0 {
             return Some(self.triangle_hit(query, best));
@@ -273,7 +193,7 @@ impl Accel {
         if !best.is_hit() {
             return None;
         }
-        Some(if best.is_placed() { self.placed_hit(ray, best) } else { self.analytic_hit(query, best) })
+        Some(if best.is_placed() { self.placed_hit(&query.ray, best) } else { self.analytic_hit(query, best) })
     }
 
     #[inline]
@@ -294,17 +214,6 @@ impl Accel {
     fn triangle_point(&self, slot: u32, origin: DVec3, direction: DVec3) -> (DVec3, Vec2) {
         self.blocks[slot as usize / LANES].point(slot as usize % LANES, origin, direction)
     }
-}
-
-#[inline(always)]
-fn meets_block<const Z: usize>(block: &Block, query: &Query, t_max: f64) -> bool {
-    block.for_each_meeting::<Z>(query, t_max as f32, |_, t| t > 0.0 && t < t_max)
-}
-
-#[inline]
-fn meets_analytic(surface: &Analytic, query: &Query, inverse_length2: f64, t_max: f64) -> bool {
-    let meetings = surface.meetings(query.origin, query.direction, inverse_length2);
-    meetings.into_iter().any(|t| t > 0.0 && t < t_max)
 }
 
 #[cfg(test)]

@@ -1,52 +1,70 @@
 //! What a ray needs to know of itself to be tested against triangles, boxes and spheres.
 
 use crate::ray::Ray;
-use glam::{DVec3, Vec4};
+use glam::DVec3;
 
 /// A ray prepared for tests: computed once, used by every primitive and node.
 #[derive(Clone, Copy)]
 pub(super) struct Query {
-    /// Origin.
+    /// The ray.
+    pub ray: Ray,
+    /// Its origin.
     pub origin: DVec3,
-    /// Direction.
+    /// Its direction.
     pub direction: DVec3,
-    /// Reciprocal of the direction along the dominant axis.
+    /// The axes x, y and z of its own: z is that along which its direction is largest, the others follow in turn.
+    pub axes: [usize; 3],
+    /// Its origin along these axes.
+    pub o: [f32; 3],
+    /// Its direction along x and y relative to that along z.
+    pub shear: [f32; 2],
+    /// Up to which parameter rounding leaves it open whether something is ahead of the origin: zero, or infinite where the origin
+    /// itself is rounded.
+    pub uncertain: f32,
+    /// Its origin along z.
+    pub depth: f64,
+    /// Reciprocal of its direction along z.
     pub inverse_z: f64,
-    /// The same in all lanes.
-    pub inverse_z4: Vec4,
-    /// The origin along the axes Z + 1, Z + 2 and Z, each in all lanes.
-    pub origin4: [Vec4; 3],
-    /// Shear along the axes Z + 1 and Z + 2: the direction relative to its dominant component.
-    pub shear4: [Vec4; 2],
-}
-
-/// The axis along which a direction is largest.
-#[inline]
-pub(super) fn dominant_axis(ray: &Ray) -> usize {
-    let size = ray.d.abs();
-    if size.x > size.y {
-        if size.x > size.z { 0 } else { 2 }
-    } else if size.y > size.z {
-        1
-    } else {
-        2
-    }
 }
 
 impl Query {
-    /// Prepares a ray whose dominant axis is `Z`.
+    /// 1/|direction|².
     #[inline(always)]
-    pub fn new<const Z: usize>(ray: &Ray) -> Self {
-        let (o, d) = (ray.o, ray.d);
-        let (x, y) = ((Z + 1) % 3, (Z + 2) % 3);
-        let inverse_z = d[Z].recip();
+    pub fn inverse_length2(&self) -> f64 {
+        self.direction.length_squared().recip()
+    }
+
+    /// Prepares a ray.
+    #[inline(always)]
+    pub fn new(ray: &Ray) -> Self {
+        Query { uncertain: 0.0, ..Self::of(ray, ray.o.as_dvec3(), ray.d.as_dvec3()) }
+    }
+
+    /// Prepares a ray that is known better than it is rounded.
+    #[inline(always)]
+    pub fn of(ray: &Ray, origin: DVec3, direction: DVec3) -> Self {
+        let (o, d) = (ray.o.to_array(), ray.d.to_array());
+        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][dominant_axis(d)];
+        let [x, y, z] = axes;
+        let inverse_z = d[z].recip();
         Query {
-            origin: o.as_dvec3(),
-            direction: d.as_dvec3(),
-            inverse_z: f64::from(d[Z]).recip(),
-            inverse_z4: Vec4::splat(inverse_z),
-            origin4: [Vec4::splat(o[x]), Vec4::splat(o[y]), Vec4::splat(o[Z])],
-            shear4: [Vec4::splat(d[x] * inverse_z), Vec4::splat(d[y] * inverse_z)],
+            ray: *ray,
+            origin,
+            direction,
+            axes,
+            o: [o[x], o[y], o[z]],
+            shear: [d[x] * inverse_z, d[y] * inverse_z],
+            uncertain: f32::INFINITY,
+            depth: origin.to_array()[z],
+            inverse_z: direction.to_array()[z].recip(),
         }
     }
+}
+
+/// The axis along which a direction is largest. Without branches, since no one knows which it is of the next ray.
+#[inline]
+fn dominant_axis(d: [f32; 3]) -> usize {
+    let [x, y, z] = d.map(f32::abs);
+    let among_two = usize::from(y >= x);
+    if z >= x.max(y) { 2 } else { among_two }
 }
