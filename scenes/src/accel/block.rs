@@ -2,7 +2,7 @@
 
 use super::lanes::{Lanes, WIDTH};
 use super::pairing::Pair;
-use super::query::Query;
+use super::query::{Line, Query, dominant_axis};
 use crate::ray::UNIT_ROUNDOFF;
 use glam::DVec3;
 use sampling::{Vec2, Vec3, vec2};
@@ -12,8 +12,10 @@ pub(super) const PAIRS: usize = WIDTH / 2;
 /// Number of triangles in a block. Lane `l` below [`PAIRS`] is the first triangle of pair `l`, above it the second.
 pub(super) const LANES: usize = WIDTH;
 
-/// Depths are compared with room for their rounding.
-const BEYOND: f32 = 1.0 + 8.0 * UNIT_ROUNDOFF;
+/// How far depths may be off by the rounding of the differences and the quotient.
+const DEPTH_ROOM: f32 = 8.0 * UNIT_ROUNDOFF;
+/// More than products of edge functions and depths can lose by underflow.
+const LEAST: f32 = 1e-30;
 
 /// Up to four pairs of triangles (a, b, c) and (a, c, d), side by side: `axes[axis][corner * PAIRS + pair]` holds one
 /// coordinate, so that eight in a row are the second corners of the eight triangles, or the third.
@@ -33,31 +35,73 @@ pub(super) struct Block {
     rotations: [u8; LANES],
 }
 
-/// The lanes of a block that a line may meet.
+/// The lanes of a block that a line may meet, and within which bounds.
 #[derive(Clone, Copy)]
-pub(super) struct Candidates {
-    /// Lanes whose edge functions are of one sign or zero.
+pub(super) struct Candidates<L> {
+    /// Lanes whose edge functions are of one sign or zero, and which are neither behind the origin nor beyond the end for certain.
     inside: u32,
     /// Lanes with an edge function that is zero.
     on_edge: u32,
-    /// Lanes that are met for certain: no edge function is zero, and all corners are ahead of the origin and before the end.
-    surely: u32,
+    /// Bounds of the parameters, for lanes that are met.
+    from: L,
+    to: L,
 }
 
-impl Candidates {
-    /// Whether one of them is met for certain, without a closer look.
+impl<L: Lanes> Candidates<L> {
+    /// None, with any bounds.
     #[inline(always)]
-    pub fn any_surely(&self) -> bool {
-        self.surely != 0
+    fn none(bounds: L) -> Self {
+        Candidates { inside: 0, on_edge: 0, from: bounds, to: bounds }
+    }
+
+    /// Whether there are none.
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        self.inside == 0
+    }
+
+    /// Whether one of them is met before `t_max` for certain, without a closer look.
+    #[inline(always)]
+    pub fn any_surely(&self, proof: L::Proof, t_max: f32) -> bool {
+        // Compared this way around, NaN is not certain.
+        let ahead = L::splat(proof, f32::MIN_POSITIVE).at_most(self.from);
+        let before = self.to.at_most(L::splat(proof, t_max.next_down()));
+        self.inside & !self.on_edge & ahead & before != 0
+    }
+
+    /// The bounds of all lanes.
+    #[inline(always)]
+    pub fn bounds(&self) -> ([f32; LANES], [f32; LANES]) {
+        (self.from.to_array(), self.to.to_array())
     }
 
     /// Takes one of them out.
     #[inline(always)]
-    pub fn take(&mut self) -> Option<usize> {
+    pub fn take(&mut self) -> Option<Candidate> {
         let lane = self.inside.trailing_zeros();
         self.inside &= self.inside.wrapping_sub(1);
-        (lane < u32::BITS).then_some(lane as usize)
+        let lane = (lane < u32::BITS).then_some(lane as usize % LANES)?;
+        Some(Candidate { lane, on_edge: self.on_edge >> lane & 1 != 0 })
     }
+}
+
+/// A lane of a block that a line may meet.
+#[derive(Clone, Copy)]
+pub(super) struct Candidate {
+    /// Which one.
+    pub lane: usize,
+    /// Whether an edge function is zero.
+    pub on_edge: bool,
+}
+
+/// Where a line meets a triangle.
+pub(super) struct Meeting {
+    /// The parameter.
+    pub t: f64,
+    /// The point.
+    pub p: DVec3,
+    /// Barycentric coordinates of the vertices 1 and 2.
+    pub b: Vec2,
 }
 
 impl Block {
@@ -95,36 +139,36 @@ impl Block {
         [corner(0), corner(1 + second), corner(2 + second)]
     }
 
-    /// Where a line meets a lane's triangle: the point, and its barycentric coordinates of the vertices 1 and 2 in the order they
-    /// were given in.
+    /// Where a line meets a lane's triangle, the barycentric coordinates in the order the vertices were given in.
     ///
-    /// All in `f64` \[Moeller97\], and kept within the triangle, so that the point is on its plane whatever the angle.
-    #[inline]
-    pub fn point(&self, lane: usize, origin: DVec3, direction: DVec3) -> (DVec3, Vec2) {
+    /// All in `f64`, after \[Moeller97\], and kept within the triangle, so that the point is on its plane whatever the angle.
+    #[inline(always)]
+    pub fn point(&self, lane: usize, line: Line) -> Meeting {
         let [a, b, c] = self.corners(lane).map(Vec3::as_dvec3);
+        let [origin, direction] = line.exact();
         let (edge_1, edge_2) = (b - a, c - a);
-        let p = direction.cross(edge_2);
-        let s = origin - a;
-        let inverse = edge_1.dot(p).recip();
-        let b1 = s.dot(p) * inverse;
-        let b2 = direction.dot(s.cross(edge_1)) * inverse;
+        let across = (a - origin).cross(direction);
+        let inverse = edge_1.cross(edge_2).dot(direction).recip();
+        let (b1, b2) = (edge_2.dot(across) * inverse, -edge_1.dot(across) * inverse);
         // Written so that the NaN of a triangle seen edge-on becomes its first corner.
         let b1 = min(max(b1, 0.0), 1.0);
         let b2 = min(max(b2, 0.0), 1.0 - b1);
-        let point = a + edge_1 * b1 + edge_2 * b2;
+        let p = a + edge_1 * b1 + edge_2 * b2;
         let weights = [(1.0 - b1 - b2) as f32, b1 as f32, b2 as f32];
         // Vertex v is corner v − rotation.
-        let uv = match self.rotations[lane % LANES] {
+        let b = match self.rotations[lane % LANES] {
             0 => vec2(weights[1], weights[2]),
             1 => vec2(weights[0], weights[1]),
             _ => vec2(weights[2], weights[0]),
         };
-        (point, uv)
+        let z = dominant_axis(line.ray.d.to_array());
+        let t = (p.as_ref()[z] - origin.as_ref()[z]) / direction.as_ref()[z];
+        Meeting { t, p, b }
     }
 
-    /// The lanes whose triangle the query's line meets, unless it lies behind the origin or beyond `t_max` (about).
+    /// The lanes whose triangle the query's line meets, unless it lies behind the origin or beyond the limit for certain.
     #[inline(always)]
-    pub fn candidates<L: Lanes>(&self, proof: L::Proof, query: &Query, t_max: f32) -> Candidates {
+    pub fn candidates<L: Lanes>(&self, proof: L::Proof, query: &Query, limit: f32) -> Candidates<L> {
         let [x, y, z] = query.axes;
         let [a_z, b_z, c_z] = self.translated::<L>(proof, z, query.o[2]);
         let [a_x, b_x, c_x] = self.translated::<L>(proof, x, query.o[0]);
@@ -138,17 +182,16 @@ impl Block {
         let (least, most) = (ab.min(bc).min(ca), ab.max(bc).max(ca));
         let zero = L::splat(proof, 0.0);
         let inside = zero.at_most(least) | most.at_most(zero);
-        let inverse_z = L::splat(proof, query.inverse_z as f32);
-        let (a, b, c) = (a_z * inverse_z, b_z * inverse_z, c_z * inverse_z);
-        let (nearest, farthest) = (a.min(b).min(c), a.max(b).max(c));
-        let inside = inside & nearest.at_most(L::splat(proof, t_max * BEYOND)) & !farthest.at_most(zero);
         if inside == 0 {
-            return Candidates { inside, on_edge: 0, surely: 0 };
+            return Candidates::none(zero);
         }
-        let on_edge = inside & (least.equal_to(zero) | most.equal_to(zero));
-        let ahead = !nearest.at_most(L::splat(proof, query.uncertain));
-        let surely = inside & !on_edge & ahead & (farthest * L::splat(proof, BEYOND)).at_most(L::splat(proof, t_max));
-        Candidates { inside, on_edge, surely }
+        let reach_x = a_x.abs().max(b_x.abs()).max(c_x.abs());
+        let reach = reach_x.max(a_y.abs().max(b_y.abs()).max(c_y.abs()));
+        let (from, to) = bounds(proof, query, [a_z, b_z, c_z], [bc, ca, ab], reach);
+        // Compared this way around, NaN leaves it open.
+        let inside = inside & !L::splat(proof, limit).at_most(from) & !to.at_most(zero);
+        let on_edge = least.equal_to(zero) | most.equal_to(zero);
+        Candidates { inside, on_edge, from, to }
     }
 
     /// One coordinate of the three corners of each triangle, relative to the origin.
@@ -162,13 +205,13 @@ impl Block {
         [a - o, b - o, c - o]
     }
 
-    /// The parameter at which the query's line meets the triangle of one of the candidates; NaN if it turns out not to.
-    #[inline(always)]
-    pub fn meeting(&self, lane: usize, candidates: &Candidates, query: &Query) -> f64 {
-        if candidates.on_edge >> lane & 1 != 0 && !self.is_inside_exactly(lane, query) {
+    /// The parameter at which a line meets a candidate's triangle; NaN if it turns out not to.
+    #[inline(never)]
+    pub fn meeting(&self, candidate: Candidate, line: Line) -> f64 {
+        if candidate.on_edge && !self.is_inside_exactly(candidate.lane, &Query::of(line)) {
             return f64::NAN;
         }
-        self.parameter(lane, query)
+        self.parameter(candidate.lane, line)
     }
 
     /// Decides a lane with an edge function that vanished in `f32`: the same sheared corners, products exact in `f64`.
@@ -187,21 +230,48 @@ impl Block {
         inside && u + v + w != 0.0
     }
 
-    /// Where the query's line meets the plane of a lane's triangle, in `f64`, so that the sign is right however close
-    /// the origin is to the plane. Kept within the depths of the corners, for triangles seen nearly edge-on.
+    /// Where a line meets the plane of a lane's triangle, in `f64`, so that the sign is right however close
+    /// the origin is to the plane.
     #[inline(always)]
-    fn parameter(&self, lane: usize, query: &Query) -> f64 {
-        let [a, b, c] = self.corners(lane).map(|v| v.as_dvec3() - query.origin);
+    pub fn parameter(&self, lane: usize, line: Line) -> f64 {
+        let corners = self.corners(lane).map(Vec3::as_dvec3);
+        let ([a, b, c], [origin, direction]) = (corners, line.exact());
         let normal = (b - a).cross(c - a);
-        let t = a.dot(normal) / query.direction.dot(normal);
-        let z = &self.axes[query.axes[2]];
-        let (first, next) = (lane % PAIRS, lane + PAIRS);
-        let [a, b, c] = [z[first], z[next % z.len()], z[(next + PAIRS) % z.len()]].map(|z| f64::from(z) - query.depth);
+        let t = (a - origin).dot(normal) / direction.dot(normal);
+        // Kept within the depths of the corners, for triangles seen nearly edge-on.
+        let z = dominant_axis(line.ray.d.to_array());
+        let (origin, inverse) = (origin.as_ref()[z], direction.as_ref()[z].recip());
+        let [a, b, c] = corners.map(|p| (p.as_ref()[z] - origin) * inverse);
         let (least, most) = (min(min(a, b), c), max(max(a, b), c));
-        let (from, to) = (least * query.inverse_z, most * query.inverse_z);
         // Written so that what is NaN, for a triangle seen exactly edge-on, stays so and is no hit.
-        min(max(from, to), max(min(from, to), t))
+        min(most, max(least, t))
     }
+}
+
+/// Bounds of the parameters at which a line meets triangles, given the depths of their corners, the edge functions opposite to these,
+/// and how far the corners are from the line, along its own axes x and y.
+///
+/// The depth of the meeting is the mean of those of the corners, weighted by the edge functions \[Woop13\]. With ε the unit roundoff,
+/// M the distance of the sheared corners from the line and P the largest depth, sheared corners are off by at most ε(2M + 5P), and
+/// edge functions by ε(12M² + 20MP). Divided by the sum of the three, that is how far the weights are off; the mean by twice as much
+/// of the range of the depths, but not beyond the range. A factor of 2.5 makes up for the error of the sum itself wherever the bound
+/// is less than the range. P is at most the farthest depth and the range, unless all are behind the origin.
+#[inline(always)]
+fn bounds<L: Lanes>(proof: L::Proof, query: &Query, depths: [L; 3], edges: [L; 3], reach: L) -> (L, L) {
+    let inverse_z = L::splat(proof, query.inverse_z);
+    let [a, b, c] = depths;
+    let (a, b, c) = (a * inverse_z, b * inverse_z, c * inverse_z);
+    let (nearest, farthest) = (a.min(b).min(c), a.max(b).max(c));
+    let range = farthest - nearest;
+    let largest = farthest + range;
+    let [u, v, w] = edges;
+    let inverse = L::splat(proof, 1.0) / (u + v + w);
+    let mean = (u * a + v * b + w * c) * inverse;
+    let spread = reach * (reach + largest * L::splat(proof, query.depth)) * L::splat(proof, query.room);
+    let off = (range * spread + L::splat(proof, LEAST)) * inverse.abs();
+    let rounding = largest * L::splat(proof, DEPTH_ROOM) + L::splat(proof, query.slack);
+    // What is NaN leaves the depths of the corners.
+    ((mean - off).max(nearest) - rounding, (mean + off).min(farthest) + rounding)
 }
 
 /// So many numbers of all.

@@ -2,6 +2,7 @@
 
 use super::lanes::Portable;
 use super::query::Query;
+use super::traverse::FAR;
 use super::tree::{INSTANCE, LEAF, NUMBER, SINGLE};
 use super::{ANALYTIC, Accel, Best, Hit, LANES};
 use crate::ray::Ray;
@@ -29,8 +30,8 @@ impl Accel {
             let primitive = Primitive::of(best.id);
             if wanted(primitive) {
                 visit(match primitive {
-                    Primitive::Triangle(_) => self.triangle_hit(&query, &best),
-                    Primitive::Analytic(_) => self.analytic_hit(&query, &best),
+                    Primitive::Triangle(_) => self.triangle_hit(query.line, &best),
+                    Primitive::Analytic(_) => self.analytic_hit(query.line, &best),
                 });
             }
         });
@@ -60,9 +61,9 @@ impl Accel {
 
     fn all_of_block(&self, index: u32, query: &Query, t_max: f64, visit: &mut impl FnMut(Best)) {
         let block = &self.blocks[index as usize];
-        let mut candidates = block.candidates::<Portable>((), query, t_max as f32);
-        while let Some(lane) = candidates.take() {
-            let t = block.meeting(lane, &candidates, query);
+        let mut candidates = block.candidates::<Portable>((), query, t_max as f32 * FAR);
+        while let Some(candidate) = candidates.take() {
+            let (t, lane) = (block.meeting(candidate, query.line), candidate.lane);
             if t > 0.0 && t < t_max {
                 visit(Best { t, slot: index * LANES as u32 + lane as u32, id: block.id(lane), ..Best::new(0.0) });
             }
@@ -71,7 +72,8 @@ impl Accel {
 
     fn all_of_analytic(&self, index: u32, query: &Query, t_max: f64, visit: &mut impl FnMut(Best)) {
         let surface = &self.analytic[index as usize];
-        for t in surface.meetings(query.origin, query.direction, query.inverse_length2()) {
+        let [origin, direction] = query.line.exact();
+        for t in surface.meetings(origin, direction, direction.length_squared().recip()) {
             if t > 0.0 && t < t_max {
                 visit(Best { t, slot: ANALYTIC | index, id: ANALYTIC | index, ..Best::new(0.0) });
             }

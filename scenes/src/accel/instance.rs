@@ -6,8 +6,9 @@
 //! leaks between its neighbours; on which side of a triangle's plane the origin is, and where an analytic surface is met, is
 //! decided in `f64` without that rounding.
 
+use super::block::Meeting;
 use super::crossings::Primitive;
-use super::query::Query;
+use super::query::{Line, Query};
 use super::{ANALYTIC, Accel, Best, Hit, Kernel, PLACED, Placed};
 use crate::ray::{Ray, rounding};
 use crate::shape::{Analytic, Triangle};
@@ -45,8 +46,8 @@ pub(crate) struct Prototype {
 /// A ray in the coordinates of a group.
 struct Within {
     ray: Ray,
-    origin: DVec3,
-    direction: DVec3,
+    /// Its origin and direction, not rounded.
+    exact: [DVec3; 2],
     /// The parameter of the ray outside where this one begins.
     start: f64,
     /// The end of its interval.
@@ -55,8 +56,8 @@ struct Within {
 
 impl Within {
     #[inline]
-    fn query(&self) -> Query {
-        Query::of(&self.ray, self.origin, self.direction)
+    fn line(&self) -> Line<'_> {
+        Line { ray: &self.ray, exact: Some(&self.exact) }
     }
 }
 
@@ -180,7 +181,7 @@ impl Prototype {
         // With room for the rounding of the difference: what is nearest is decided outside.
         let t_max = (t_max - start) * (1.0 + 4.0 * f64::EPSILON);
         let local = Ray { o: origin.as_vec3(), d: d.as_vec3(), t_max: (t_max as f32).next_up() };
-        Within { ray: local, origin, direction: d, start, t_max }
+        Within { ray: local, exact: [origin, d], start, t_max }
     }
 
     #[inline]
@@ -226,14 +227,16 @@ impl Accel {
 
     /// Searches an instance for a nearer hit.
     #[inline(never)]
-    pub(super) fn offer_instance(&self, index: u32, ray: &Ray, best: &mut Best) {
+    pub(super) fn offer_instance(&self, index: u32, line: Line, mut best: Best) -> Best {
+        self.settle(line, &mut best);
         let (instance, prototype) = self.prototype(index);
-        let within = prototype.enter(instance, ray, best.t);
-        let mut found = Best { t: within.t_max, ..Best::new(0.0) };
-        prototype.accel.search(&within.query(), &mut found);
+        let within = prototype.enter(instance, line.ray, best.t);
+        let mut found = Best::before(within.t_max);
+        prototype.accel.search(&Query::of(within.line()), &mut found);
         if !found.is_hit() {
-            return;
+            return best;
         }
+        prototype.accel.settle(within.line(), &mut found);
         let (t, id) = (within.start + found.t, prototype.id(&found));
         // Of two equally near the one numbered first, as everywhere; of two copies of one triangle, that of the first instance.
         let before = match best.is_placed() {
@@ -241,8 +244,9 @@ impl Accel {
             false => id < best.id,
         };
         if t < best.t || (t == best.t && before) {
-            *best = Best { t, slot: PLACED, id, placed: Placed { instance: index, slot: found.slot } };
+            best = Best { slot: PLACED, id, placed: Placed { instance: index, slot: found.slot }, ..Best::before(t) };
         }
+        best
     }
 
     /// Whether anything in an instance is met before `t_max`.
@@ -251,7 +255,7 @@ impl Accel {
         let (instance, prototype) = self.prototype(index);
         let mut within = prototype.enter(instance, ray, t_max);
         within.t_max = t_max - within.start;
-        prototype.accel.meets(&within.query(), within.t_max)
+        prototype.accel.meets(&Query::of(within.line()), within.t_max)
     }
 
     /// Works out the point of a hit in an instance.
@@ -282,7 +286,7 @@ impl Accel {
                 visit(prototype.hit(instance, index, &within, &Best { id, ..best }, t));
             }
         };
-        prototype.accel.all_plain(&within.query(), within.t_max, &mut met);
+        prototype.accel.all_plain(&Query::of(within.line()), within.t_max, &mut met);
     }
 }
 
@@ -294,11 +298,12 @@ impl Prototype {
         let place = |p: DVec3| instance.to_world.transform_point3(p).as_vec3();
         if best.slot & ANALYTIC != 0 {
             let surface = &self.accel.analytic[(best.slot & !ANALYTIC) as usize];
-            let (p, normal) = surface.exact_point(within.origin, within.direction, best.t);
+            let [origin, direction] = within.exact;
+            let (p, normal) = surface.exact_point(origin, direction, best.t);
             let ng = instance.covector_to_world(normal).normalize().as_vec3();
             return Hit::PlacedAnalytic { t, id: best.id & !ANALYTIC, instance: index, p: place(p), ng };
         }
-        let (p, b) = self.accel.triangle_point(best.slot, within.origin, within.direction);
+        let Meeting { p, b, .. } = self.accel.triangle_point(best.slot, within.line());
         Hit::PlacedTriangle { t, id: best.id, instance: index, p: place(p), b }
     }
 }

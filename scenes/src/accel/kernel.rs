@@ -1,7 +1,7 @@
 //! Which code searches: that for any processor, or that for the one at hand.
 
 #[cfg(target_arch = "x86_64")]
-use super::avx2::Avx2;
+use super::bare::eight::Avx2;
 use super::lanes::Portable;
 use super::query::Query;
 use super::{Accel, Best, Hit};

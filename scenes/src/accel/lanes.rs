@@ -1,13 +1,15 @@
 //! Eight numbers side by side: what the kernels are written in, once for all processors.
 
 use glam::Vec4;
-use std::ops::{Add, Mul, Sub};
+use std::ops::{Add, Div, Mul, Sub};
 
 /// How many numbers there are.
 pub(super) const WIDTH: usize = 8;
 
 /// Eight numbers, and what is done to all of them at once. Every operation is rounded by itself, so that all kinds give the same bits.
-pub(super) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+pub(super) trait Lanes:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
     /// Says that this machine can do it.
     type Proof: Copy;
 
@@ -29,14 +31,14 @@ pub(super) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Out
     /// The greater of two, lane by lane; the second if either is NaN or they are equal.
     fn max(self, other: Self) -> Self;
 
+    /// The magnitudes.
+    fn abs(self) -> Self;
+
     /// The lanes that are at most those of another, as bits.
     fn at_most(self, other: Self) -> u32;
 
     /// The lanes that are equal to those of another, as bits.
     fn equal_to(self, other: Self) -> u32;
-
-    /// Says that something will be read soon.
-    fn prefetch<T>(what: &T);
 }
 
 /// Eight numbers in two vectors of four, for any processor.
@@ -67,6 +69,15 @@ impl Mul for Portable {
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         Portable(self.0 * other.0, self.1 * other.1)
+    }
+}
+
+impl Div for Portable {
+    type Output = Self;
+
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        Portable(self.0 / other.0, self.1 / other.1)
     }
 }
 
@@ -107,6 +118,11 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn abs(self) -> Self {
+        Portable(self.0.abs(), self.1.abs())
+    }
+
+    #[inline(always)]
     fn at_most(self, other: Self) -> u32 {
         self.0.cmple(other.0).bitmask() | self.1.cmple(other.1).bitmask() << 4
     }
@@ -115,7 +131,4 @@ impl Lanes for Portable {
     fn equal_to(self, other: Self) -> u32 {
         self.0.cmpeq(other.0).bitmask() | self.1.cmpeq(other.1).bitmask() << 4
     }
-
-    #[inline(always)]
-    fn prefetch<T>(_: &T) {}
 }

@@ -6,9 +6,8 @@
 //! Whichever it is, the hits are the same: boxes only decide what is looked at. What is placed many times is kept once, in a tree of
 //! its own, and is a leaf of the tree of the scene wherever it is placed: an [`instance`].
 
-#[cfg(target_arch = "x86_64")]
 #[allow(unsafe_code)]
-mod avx2;
+mod bare;
 mod block;
 mod collapse;
 mod crossings;
@@ -18,26 +17,23 @@ mod lanes;
 mod pairing;
 mod parting;
 mod query;
-#[allow(unsafe_code)]
-mod stack;
 mod traverse;
 mod tree;
 
 use crate::needs::Skip;
-use crate::ray::{Ray, SurfacePoint};
+use crate::ray::SurfacePoint;
 use crate::shape::{Analytic, Triangle};
-use block::{Block, LANES, PAIRS};
+use block::{Block, LANES, Meeting, PAIRS};
 pub(crate) use crossings::Primitive;
-use glam::DVec3;
 pub(crate) use instance::{Instance, Prototype};
 pub use kernel::Kernel;
 use pairing::Pair;
-use query::Query;
+use query::Line;
 use sampling::{Vec2, Vec3};
 use tree::Node;
 
 /// Up to this many primitives are searched without a tree.
-pub(crate) const FEW: usize = 64;
+pub(crate) const FEW: usize = 8;
 
 /// The surfaces of a scene, arranged for rays.
 #[derive(Clone, Debug, Default)]
@@ -107,6 +103,10 @@ pub(crate) enum Hit {
 /// The nearest hit so far; the slot says where the primitive is kept.
 #[derive(Clone, Copy)]
 struct Best {
+    /// Bounds of its parameter.
+    from: f32,
+    to: f32,
+    /// Its parameter; NaN as long as it has not been needed.
     t: f64,
     slot: u32,
     id: u32,
@@ -129,16 +129,30 @@ const PLACED: u32 = 1 << 30;
 const NOTHING: u32 = u32::MAX;
 
 impl Best {
-    #[inline]
+    #[inline(always)]
     fn new(t_max: f32) -> Self {
-        Best { t: f64::from(t_max), slot: NOTHING, id: 0, placed: Placed::default() }
+        Best { from: t_max, to: t_max, t: f64::from(t_max), slot: NOTHING, id: 0, placed: Placed::default() }
     }
 
-    /// Takes a hit if it is nearer; of two equally near, the one numbered first, so that no arrangement matters.
+    /// Nothing met as yet, before `t`.
+    #[inline]
+    fn before(t: f64) -> Self {
+        Best { from: (t as f32).next_down(), to: (t as f32).next_up(), t, ..Best::new(0.0) }
+    }
+
+    /// Takes a hit that is certain to be the nearest so far.
+    #[inline(always)]
+    fn take(&mut self, (from, to): (f32, f32), slot: u32, id: u32) {
+        (self.from, self.to, self.t, self.slot, self.id) = (from, to, f64::NAN, slot, id);
+    }
+
+    /// Takes a hit if it is nearer, where the parameter of that so far is known; of two equally near, the one numbered first, so that
+    /// no arrangement matters.
     #[inline]
     fn offer(&mut self, t: f64, slot: u32, id: u32) {
+        debug_assert!(!self.t.is_nan());
         if t > 0.0 && (t < self.t || (t == self.t && id < self.id)) {
-            (self.t, self.slot, self.id) = (t, slot, id);
+            *self = Best { slot, id, placed: self.placed, ..Best::before(t) };
         }
     }
 
@@ -184,35 +198,36 @@ impl Accel {
     }
 
     /// Works out the point of the nearest hit, once per ray.
-    #[inline]
-    fn resolve(&self, query: &Query, best: &Best) -> Option<Hit> {
+    #[inline(always)]
+    fn resolve(&self, line: Line, best: &Best) -> Option<Hit> {
         // The mark of nothing has all bits, so that a triangle is told by one question.
         if best.slot & (ANALYTIC | PLACED) == 0 {
-            return Some(self.triangle_hit(query, best));
+            return Some(self.triangle_hit(line, best));
         }
         if !best.is_hit() {
             return None;
         }
-        Some(if best.is_placed() { self.placed_hit(&query.ray, best) } else { self.analytic_hit(query, best) })
+        Some(if best.is_placed() { self.placed_hit(line.ray, best) } else { self.analytic_hit(line, best) })
     }
 
-    #[inline]
-    fn triangle_hit(&self, query: &Query, best: &Best) -> Hit {
-        let (p, b) = self.triangle_point(best.slot, query.origin, query.direction);
-        Hit::Triangle { t: best.t as f32, id: best.id, p: p.as_vec3(), b }
+    #[inline(always)]
+    fn triangle_hit(&self, line: Line, best: &Best) -> Hit {
+        let Meeting { t, p, b } = self.triangle_point(best.slot, line);
+        Hit::Triangle { t: t as f32, id: best.id, p: p.as_vec3(), b }
     }
 
-    #[inline]
-    fn analytic_hit(&self, query: &Query, best: &Best) -> Hit {
+    #[inline(never)]
+    fn analytic_hit(&self, line: Line, best: &Best) -> Hit {
         let id = best.slot & !ANALYTIC;
-        let at = self.analytic[id as usize].point(query.origin, query.direction, best.t);
+        let [origin, direction] = line.exact();
+        let at = self.analytic[id as usize].point(origin, direction, best.t);
         Hit::Analytic { t: best.t as f32, id, at }
     }
 
-    /// Where a line meets the triangle in a slot, and its barycentric coordinates of the vertices 1 and 2.
-    #[inline]
-    fn triangle_point(&self, slot: u32, origin: DVec3, direction: DVec3) -> (DVec3, Vec2) {
-        self.blocks[slot as usize / LANES].point(slot as usize % LANES, origin, direction)
+    /// Where a line meets the triangle in a slot.
+    #[inline(always)]
+    fn triangle_point(&self, slot: u32, line: Line) -> Meeting {
+        self.blocks[slot as usize / LANES].point(slot as usize % LANES, line)
     }
 }
 

@@ -1,62 +1,57 @@
 //! The way of a ray through the tree, or along the list.
 
-use super::block::LANES;
+use super::bare::Stack;
+use super::block::{Candidate, LANES};
 use super::lanes::{Lanes, Portable, WIDTH};
-use super::query::Query;
-use super::stack::Stack;
+use super::query::{Line, Query};
 use super::tree::{Child, INSTANCE, LEAF, NUMBER, Node, SINGLE};
 use super::{ANALYTIC, Accel, Best, Hit};
 use crate::ray::{Ray, UNIT_ROUNDOFF};
 
 /// Parameters are compared with room for their rounding.
-const FAR: f32 = 1.0 + 8.0 * UNIT_ROUNDOFF;
+pub(super) const FAR: f32 = 1.0 + 8.0 * UNIT_ROUNDOFF;
 
 /// A ray prepared for boxes.
 struct Slabs<L> {
     origin: [L; 3],
+    /// Reciprocals of its direction, turned around.
     inverse: [L; 3],
-    /// The same, made larger by the rounding of both distances \[Ize13\], for far planes.
-    inverse_far: [L; 3],
-    /// For each axis, which of the two planes is met first.
-    near: [usize; 3],
 }
 
 impl<L: Lanes> Slabs<L> {
     #[inline(always)]
-    fn new(proof: L::Proof, query: &Query) -> Self {
-        let [x, y, z] = query.ray.d.to_array();
-        let inverse = [reciprocal(x), reciprocal(y), reciprocal(z)];
-        let o = query.ray.o;
+    fn new(proof: L::Proof, ray: &Ray) -> Self {
+        let (o, d) = (ray.o, ray.d);
         Slabs {
             origin: [L::splat(proof, o.x), L::splat(proof, o.y), L::splat(proof, o.z)],
-            inverse: [L::splat(proof, inverse[0]), L::splat(proof, inverse[1]), L::splat(proof, inverse[2])],
-            inverse_far: [
-                L::splat(proof, inverse[0] * FAR),
-                L::splat(proof, inverse[1] * FAR),
-                L::splat(proof, inverse[2] * FAR),
+            inverse: [
+                L::splat(proof, -reciprocal(d.x)),
+                L::splat(proof, -reciprocal(d.y)),
+                L::splat(proof, -reciprocal(d.z)),
             ],
-            near: [usize::from(inverse[0] < 0.0), usize::from(inverse[1] < 0.0), usize::from(inverse[2] < 0.0)],
         }
     }
 
-    /// The parameters at which the ray enters the children's boxes, and those it meets before `t_max`, as bits.
+    /// The parameters at which the ray enters the children's boxes, and those it meets before `t_max`, as bits. The far ends are made
+    /// larger by the rounding of both distances \[Ize13\].
     #[inline(always)]
     fn enter(&self, proof: L::Proof, node: &Node, t_max: f32) -> (L, u32) {
-        let [x, y, z] = self.near;
-        let near_x = self.distance(proof, node, 0, x) * self.inverse[0];
-        let near_y = self.distance(proof, node, 1, y) * self.inverse[1];
-        let near_z = self.distance(proof, node, 2, z) * self.inverse[2];
-        let far_x = self.distance(proof, node, 0, x ^ 1) * self.inverse_far[0];
-        let far_y = self.distance(proof, node, 1, y ^ 1) * self.inverse_far[1];
-        let far_z = self.distance(proof, node, 2, z ^ 1) * self.inverse_far[2];
-        let near = near_x.max(near_y).max(near_z.max(L::splat(proof, 0.0)));
-        let far = far_x.min(far_y).min(far_z.min(L::splat(proof, t_max)));
-        (near, near.at_most(far))
+        let (near_x, far_x) = self.slab(proof, node, 0);
+        let (near_y, far_y) = self.slab(proof, node, 1);
+        let (near_z, far_z) = self.slab(proof, node, 2);
+        // In this order zero is positive, and NaN, for a child that is not there, stays NaN.
+        let near = near_x.max(near_y).max(near_z).max(L::splat(proof, 0.0));
+        let far = far_x.min(far_y).min(far_z) * L::splat(proof, FAR);
+        (near, near.at_most(L::splat(proof, t_max).min(far)))
     }
 
+    /// The parameters at which the ray enters and leaves the space between the planes across an axis.
     #[inline(always)]
-    fn distance(&self, proof: L::Proof, node: &Node, axis: usize, side: usize) -> L {
-        L::load(proof, &node.planes[axis][side & 1]) - self.origin[axis]
+    fn slab(&self, proof: L::Proof, node: &Node, axis: usize) -> (L, L) {
+        let [low, high] = &node.planes[axis];
+        let low = (self.origin[axis] - L::load(proof, low)) * self.inverse[axis];
+        let high = (self.origin[axis] - L::load(proof, high)) * self.inverse[axis];
+        (low.min(high), low.max(high))
     }
 }
 
@@ -126,7 +121,7 @@ impl Accel {
         let query = Query::new(ray);
         let mut best = Best::new(ray.t_max);
         self.closest_with::<L>(proof, &query, &mut best);
-        self.resolve(&query, &best)
+        self.resolve(query.line, &best)
     }
 
     /// Offers what is met: nearest boxes first; what lies beyond the nearest hit is left out.
@@ -137,14 +132,14 @@ impl Accel {
                 self.offer_block::<L>(proof, index, query, best);
             }
             for index in 0..self.analytic.len() as u32 {
-                self.offer_analytic(index, query, best);
+                *best = self.offer_analytic(index, query.line, *best);
             }
             return;
         }
-        let slabs = Slabs::<L>::new(proof, query);
+        let slabs = Slabs::<L>::new(proof, query.line.ray);
         let mut stack = Stack::new();
         let mut child: Child = 0;
-        let mut limit = best.t as f32 * FAR;
+        let mut limit = best.to * FAR;
         loop {
             if child & LEAF == 0 {
                 let node = &self.nodes[child as usize];
@@ -155,7 +150,7 @@ impl Accel {
                 }
             } else {
                 self.offer_leaf::<L>(proof, child, query, best);
-                limit = best.t as f32 * FAR;
+                limit = best.to * FAR;
             }
             loop {
                 let Some(entry) = stack.pop() else { return };
@@ -172,28 +167,66 @@ impl Accel {
         if leaf & SINGLE == 0 {
             self.offer_block::<L>(proof, leaf & !LEAF, query, best);
         } else if leaf & INSTANCE == 0 {
-            self.offer_analytic(leaf & NUMBER, query, best);
+            *best = self.offer_analytic(leaf & NUMBER, query.line, *best);
         } else {
-            self.offer_instance(leaf & NUMBER, &query.ray, best);
+            *best = self.offer_instance(leaf & NUMBER, query.line, *best);
         }
     }
 
     #[inline(always)]
     fn offer_block<L: Lanes>(&self, proof: L::Proof, index: u32, query: &Query, best: &mut Best) {
+        let limit = best.to * FAR;
         let block = &self.blocks[index as usize];
-        let mut candidates = block.candidates::<L>(proof, query, best.t as f32);
-        while let Some(lane) = candidates.take() {
-            best.offer(block.meeting(lane, &candidates, query), index * LANES as u32 + lane as u32, block.id(lane));
+        let mut candidates = block.candidates::<L>(proof, query, limit);
+        if candidates.is_empty() {
+            return;
+        }
+        let (from, to) = candidates.bounds();
+        while let Some(candidate) = candidates.take() {
+            let (lane, from, to) = (candidate.lane, from[candidate.lane], to[candidate.lane]);
+            if from > best.to {
+                continue;
+            }
+            if from > 0.0 && to < best.from && !candidate.on_edge {
+                best.take((from, to), index * LANES as u32 + lane as u32, block.id(lane));
+            } else {
+                *best = self.offer_exactly(index, candidate, query.line, *best);
+            }
         }
     }
 
+    /// Offers what the bounds do not decide about. What is so rare is best kept out of the registers of the rest.
+    #[inline(never)]
+    fn offer_exactly(&self, index: u32, candidate: Candidate, line: Line, mut best: Best) -> Best {
+        let block = &self.blocks[index as usize];
+        let t = block.meeting(candidate, line);
+        if t > 0.0 {
+            self.settle(line, &mut best);
+            best.offer(t, index * LANES as u32 + candidate.lane as u32, block.id(candidate.lane));
+        }
+        best
+    }
+
+    /// Finds the parameter of the nearest hit, where it has not been needed so far.
     #[inline]
-    fn offer_analytic(&self, index: u32, query: &Query, best: &mut Best) {
-        let surface = &self.analytic[index as usize];
-        let [first, second] = surface.meetings(query.origin, query.direction, query.inverse_length2());
+    pub(super) fn settle(&self, line: Line, best: &mut Best) {
+        if best.t.is_nan() {
+            best.t = self.blocks[best.slot as usize / LANES].parameter(best.slot as usize % LANES, line);
+        }
+    }
+
+    #[inline(never)]
+    fn offer_analytic(&self, index: u32, line: Line, mut best: Best) -> Best {
+        let [origin, direction] = line.exact();
+        let [first, second] =
+            self.analytic[index as usize].meetings(origin, direction, direction.length_squared().recip());
         // Written so that the second counts where the first is NaN.
         let t = if first > 0.0 { first } else { second };
-        best.offer(t, ANALYTIC | index, ANALYTIC | index);
+        if t > 0.0 {
+            self.settle(line, &mut best);
+            best.offer(t, ANALYTIC | index, ANALYTIC | index);
+        }
+        best
     }
 
     /// Whether anything is met before `t_max`: boxes in any order.
@@ -206,14 +239,14 @@ impl Accel {
                 }
             }
             for index in 0..self.analytic.len() as u32 {
-                if self.meets_analytic(index, query, t_max) {
+                if self.meets_analytic(index, query.line, t_max) {
                     return true;
                 }
             }
             return false;
         }
-        let slabs = Slabs::<L>::new(proof, query);
-        let limit = query.ray.t_max * FAR;
+        let slabs = Slabs::<L>::new(proof, query.line.ray);
+        let limit = query.line.ray.t_max * FAR;
         let mut stack = Stack::new();
         let mut child: Child = 0;
         loop {
@@ -243,21 +276,25 @@ impl Accel {
         if leaf & SINGLE == 0 {
             self.meets_block::<L>(proof, leaf & !LEAF, query, t_max)
         } else if leaf & INSTANCE == 0 {
-            self.meets_analytic(leaf & NUMBER, query, t_max)
+            self.meets_analytic(leaf & NUMBER, query.line, t_max)
         } else {
-            self.meets_instance(leaf & NUMBER, &query.ray, t_max)
+            self.meets_instance(leaf & NUMBER, query.line.ray, t_max)
         }
     }
 
     #[inline(always)]
     fn meets_block<L: Lanes>(&self, proof: L::Proof, index: u32, query: &Query, t_max: f64) -> bool {
+        let limit = t_max as f32 * FAR;
         let block = &self.blocks[index as usize];
-        let mut candidates = block.candidates::<L>(proof, query, t_max as f32);
-        if candidates.any_surely() {
+        let mut candidates = block.candidates::<L>(proof, query, limit);
+        if candidates.is_empty() {
+            return false;
+        }
+        if candidates.any_surely(proof, t_max as f32) {
             return true;
         }
-        while let Some(lane) = candidates.take() {
-            let t = block.meeting(lane, &candidates, query);
+        while let Some(candidate) = candidates.take() {
+            let t = block.meeting(candidate, query.line);
             if t > 0.0 && t < t_max {
                 return true;
             }
@@ -265,16 +302,17 @@ impl Accel {
         false
     }
 
-    #[inline]
-    fn meets_analytic(&self, index: u32, query: &Query, t_max: f64) -> bool {
-        let surface = &self.analytic[index as usize];
-        let [first, second] = surface.meetings(query.origin, query.direction, query.inverse_length2());
+    #[inline(never)]
+    fn meets_analytic(&self, index: u32, line: Line, t_max: f64) -> bool {
+        let [origin, direction] = line.exact();
+        let [first, second] =
+            self.analytic[index as usize].meetings(origin, direction, direction.length_squared().recip());
         (first > 0.0 && first < t_max) || (second > 0.0 && second < t_max)
     }
 
     /// Visits the leaves whose boxes the ray meets, in any order.
     pub(super) fn leaves_met(&self, query: &Query, mut visit: impl FnMut(Child)) {
-        let slabs = Slabs::<Portable>::new((), query);
+        let slabs = Slabs::<Portable>::new((), query.line.ray);
         let mut stack = vec![0 as Child];
         while let Some(child) = stack.pop() {
             if child & LEAF != 0 {
@@ -282,7 +320,7 @@ impl Accel {
                 continue;
             }
             let node = &self.nodes[child as usize];
-            let (_, mut mask) = slabs.enter((), node, query.ray.t_max * FAR);
+            let (_, mut mask) = slabs.enter((), node, query.line.ray.t_max * FAR);
             while mask != 0 {
                 stack.push(node.children[take(&mut mask)]);
             }

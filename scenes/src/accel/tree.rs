@@ -30,7 +30,7 @@ pub(super) const INSTANCE: Child = 1 << 29;
 pub(super) const NUMBER: Child = INSTANCE - 1;
 
 /// The boxes of up to eight children, side by side: `planes[axis][0]` below, `planes[axis][1]` above.
-/// The box of a child that isn't there is turned inside out, so that no ray meets it.
+/// The box of a child that isn't there is NaN, so that no ray meets it.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(super) struct Node {
@@ -244,7 +244,6 @@ fn singles_of(accel: &Accel) -> Vec<Aabb> {
 
 impl Node {
     fn empty() -> Self {
-        let planes = [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3];
-        Node { planes, children: [LEAF; WIDTH] }
+        Node { planes: [[[f32::NAN; WIDTH]; 2]; 3], children: [LEAF; WIDTH] }
     }
 }
