@@ -11,10 +11,10 @@ use crate::error::{Error, Status};
 /// Measures what was asked for.
 ///
 /// # Errors
-/// If standard output cannot be written.
+/// If a scene cannot be read, or standard output not be written.
 pub fn bench(args: &BenchArgs) -> Result<Status, Error> {
     match &args.kind {
-        BenchKind::Rays { json } => rays::rays(*json),
+        BenchKind::Rays { scenes, json } => rays::rays(scenes, *json),
         BenchKind::Leaks { rays, seed } => leaks::leaks(*rays, *seed),
     }
 }

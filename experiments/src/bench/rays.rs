@@ -31,14 +31,17 @@ struct Row {
 }
 
 /// Measures, and prints a table or JSON.
-pub(super) fn rays(json: bool) -> Result<Status, Error> {
+pub(super) fn rays(named: &[String], json: bool) -> Result<Status, Error> {
     let mut rows = Vec::new();
-    for name in scenes::builtin_names() {
-        let scene = scenes::load(name, &LoadOptions::default())?;
-        measure(scene, &mut rows);
+    let all: Vec<&str> = match named.is_empty() {
+        true => scenes::builtin_names().to_vec(),
+        false => named.iter().map(String::as_str).collect(),
+    };
+    for name in all {
+        measure(scenes::load(name, &LoadOptions::default())?, &mut rows);
     }
-    for n in BALLS {
-        measure(ball_in_a_room(n)?, &mut rows);
+    for n in BALLS.iter().filter(|_| named.is_empty()) {
+        measure(ball_in_a_room(*n)?, &mut rows);
     }
     let text = match json {
         true => serde_json::to_string_pretty(&rows).unwrap_or_default() + "\n",
