@@ -42,6 +42,8 @@ pub(super) struct Candidates<L> {
     inside: u32,
     /// Lanes with an edge function that is zero.
     on_edge: u32,
+    /// Lanes that are met for certain if the bounds are ahead of the origin and before the end.
+    certain: u32,
     /// Bounds of the parameters, for lanes that are met.
     from: L,
     to: L,
@@ -51,7 +53,7 @@ impl<L: Lanes> Candidates<L> {
     /// None, with any bounds.
     #[inline(always)]
     fn none(bounds: L) -> Self {
-        Candidates { inside: 0, on_edge: 0, from: bounds, to: bounds }
+        Candidates { inside: 0, on_edge: 0, certain: 0, from: bounds, to: bounds }
     }
 
     /// Whether there are none.
@@ -66,7 +68,7 @@ impl<L: Lanes> Candidates<L> {
         // Compared this way around, NaN is not certain.
         let ahead = L::splat(proof, f32::MIN_POSITIVE).at_most(self.from);
         let before = self.to.at_most(L::splat(proof, t_max.next_down()));
-        self.inside & !self.on_edge & ahead & before != 0
+        self.inside & self.certain & ahead & before != 0
     }
 
     /// The bounds of all lanes.
@@ -81,7 +83,8 @@ impl<L: Lanes> Candidates<L> {
         let lane = self.inside.trailing_zeros();
         self.inside &= self.inside.wrapping_sub(1);
         let lane = (lane < u32::BITS).then_some(lane as usize % LANES)?;
-        Some(Candidate { lane, on_edge: self.on_edge >> lane & 1 != 0 })
+        let is_in = |mask: u32| mask >> lane & 1 != 0;
+        Some(Candidate { lane, on_edge: is_in(self.on_edge), certain: is_in(self.certain) })
     }
 }
 
@@ -92,6 +95,8 @@ pub(super) struct Candidate {
     pub lane: usize,
     /// Whether an edge function is zero.
     pub on_edge: bool,
+    /// Whether it is met for certain if its bounds are ahead of the origin and before the end.
+    pub certain: bool,
 }
 
 /// Where a line meets a triangle.
@@ -187,11 +192,11 @@ impl Block {
         }
         let reach_x = a_x.abs().max(b_x.abs()).max(c_x.abs());
         let reach = reach_x.max(a_y.abs().max(b_y.abs()).max(c_y.abs()));
-        let (from, to) = bounds(proof, query, [a_z, b_z, c_z], [bc, ca, ab], reach);
+        let (from, to, certain) = bounds(proof, query, [a_z, b_z, c_z], [bc, ca, ab], reach);
         // Compared this way around, NaN leaves it open.
         let inside = inside & !L::splat(proof, limit).at_most(from) & !to.at_most(zero);
         let on_edge = least.equal_to(zero) | most.equal_to(zero);
-        Candidates { inside, on_edge, from, to }
+        Candidates { inside, on_edge, certain: certain & !on_edge, from, to }
     }
 
     /// One coordinate of the three corners of each triangle, relative to the origin.
@@ -255,9 +260,9 @@ impl Block {
 /// M the distance of the sheared corners from the line and P the largest depth, sheared corners are off by at most ε(2M + 5P), and
 /// edge functions by ε(12M² + 20MP). Divided by the sum of the three, that is how far the weights are off; the mean by twice as much
 /// of the range of the depths, but not beyond the range. A factor of 2.5 makes up for the error of the sum itself wherever the bound
-/// is less than the range. P is at most the farthest depth and the range, unless all are behind the origin.
+/// is less than the range; the lanes where it is are the last of the results. P is at most the farthest depth and the range, unless all are behind the origin.
 #[inline(always)]
-fn bounds<L: Lanes>(proof: L::Proof, query: &Query, depths: [L; 3], edges: [L; 3], reach: L) -> (L, L) {
+fn bounds<L: Lanes>(proof: L::Proof, query: &Query, depths: [L; 3], edges: [L; 3], reach: L) -> (L, L, u32) {
     let inverse_z = L::splat(proof, query.inverse_z);
     let [a, b, c] = depths;
     let (a, b, c) = (a * inverse_z, b * inverse_z, c * inverse_z);
@@ -268,10 +273,14 @@ fn bounds<L: Lanes>(proof: L::Proof, query: &Query, depths: [L; 3], edges: [L; 3
     let inverse = L::splat(proof, 1.0) / (u + v + w);
     let mean = (u * a + v * b + w * c) * inverse;
     let spread = reach * (reach + largest * L::splat(proof, query.depth)) * L::splat(proof, query.room);
-    let off = (range * spread + L::splat(proof, LEAST)) * inverse.abs();
+    let least = L::splat(proof, LEAST);
+    // By how much the weights may be off: where it is all they are, not even their sum need have the right sign.
+    let relative = (spread + least) * inverse.abs();
+    let certain = relative.at_most(L::splat(proof, 1.0));
+    let off = range * relative + least * inverse.abs();
     let rounding = largest * L::splat(proof, DEPTH_ROOM) + L::splat(proof, query.slack);
     // What is NaN leaves the depths of the corners.
-    ((mean - off).max(nearest) - rounding, (mean + off).min(farthest) + rounding)
+    ((mean - off).max(nearest) - rounding, (mean + off).min(farthest) + rounding, certain)
 }
 
 /// So many numbers of all.

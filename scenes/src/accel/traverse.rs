@@ -187,7 +187,7 @@ impl Accel {
             if from > best.to {
                 continue;
             }
-            if from > 0.0 && to < best.from && !candidate.on_edge {
+            if from > 0.0 && to < best.from && candidate.certain {
                 best.take((from, to), index * LANES as u32 + lane as u32, block.id(lane));
             } else {
                 *best = self.offer_exactly(index, candidate, query.line, *best);
