@@ -7,6 +7,7 @@ use std::process::{Command, Output};
 use tempfile::TempDir;
 
 mod bad_input;
+mod bench;
 mod decompositions;
 #[cfg(target_os = "linux")]
 mod durable;

@@ -3,8 +3,8 @@
 mod args;
 
 pub use args::{
-    BsdfArgs, ConvertArgs, DiffArgs, ImageArgs, ListArgs, ListKind, LpeArgs, RelightArgs, RenderArgs, ReplayArgs,
-    RunArgs, SceneArgs, VerifyArgs,
+    BenchArgs, BenchKind, BsdfArgs, ConvertArgs, DiffArgs, ImageArgs, ListArgs, ListKind, LpeArgs, RelightArgs,
+    RenderArgs, ReplayArgs, RunArgs, SceneArgs, VerifyArgs,
 };
 
 use crate::error::{BAD_INPUT, Error, Status};
@@ -12,8 +12,8 @@ use crate::machine::VERSION;
 use crate::progress::Verbosity;
 use crate::stop::Stop;
 use crate::{
-    bsdf, convert_command, diff_command, list_command, lpe_command, relight_command, render_command, replay_command,
-    run_command, scene_command, verify_command,
+    bench, bsdf, convert_command, diff_command, list_command, lpe_command, relight_command, render_command,
+    replay_command, run_command, scene_command, verify_command,
 };
 use clap::{Parser, Subcommand};
 use integrators::Methods;
@@ -57,6 +57,8 @@ pub enum Command {
     Bsdf(BsdfArgs),
     /// Say what light-path expressions mean, and whether they are disjoint and complete.
     Lpe(LpeArgs),
+    /// Measure how fast rays are followed, and whether any gets through closed surfaces.
+    Bench(BenchArgs),
     /// List what can be named.
     List(ListArgs),
 }
@@ -96,6 +98,7 @@ fn execute(cli: &Cli, methods: &Methods) -> Result<Status, Error> {
         Command::Diff(args) => diff_command::diff(args),
         Command::Bsdf(args) => bsdf::bsdf(args),
         Command::Lpe(args) => lpe_command::lpe(args),
+        Command::Bench(args) => bench::bench(args),
         Command::List(args) => list_command::list(args, methods),
     }
 }

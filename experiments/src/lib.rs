@@ -5,7 +5,7 @@
 //! - [`cli`]: the command line; [`error`]: what can go wrong, and how the program ends; [`settings`]: `--set key=value`;
 //! - one file a command: [`run_command`], [`render_command`], [`replay_command`], [`verify_command`],
 //!   [`scene_command`], [`convert_command`], [`diff_command`], [`list_command`],
-//!   [`lpe_command`], [`mod@bsdf`];
+//!   [`lpe_command`], [`mod@bsdf`], [`mod@bench`];
 //! - [`config`]: experiments; [`source`]: their files; [`plan`]: an experiment made ready and checked; [`runner`]: methods interleaved, replicate
 //!   by replicate; [`job`]: one of them at work; [`observations`]: what is noted of its replicates; [`mod@reference`]: what they are judged by; [`states`]: what has been rendered so far, on the disk; [`budget`]: samples, seconds,
 //!   threads; [`subject`]: a scene and a method, ready for one image; [`result`]: what an experiment leaves behind;
@@ -18,6 +18,7 @@
 //! - [`machine`], [`mod@program`], [`progress`], [`stop`]: memory and clock, the build, the bar, Ctrl-C.
 
 pub mod agreement;
+pub mod bench;
 pub mod bsdf;
 pub mod budget;
 pub mod cli;

@@ -13,7 +13,7 @@ pub fn machine(threads: usize) -> Machine {
         platform: format!("{}-{}", std::env::consts::OS, std::env::consts::ARCH),
         cpu: field_of("/proc/cpuinfo", "model name").unwrap_or_default(),
         threads,
-        kernels: "portable".to_owned(),
+        kernels: scenes::Kernel::default().to_string(),
     }
 }
 

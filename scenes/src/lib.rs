@@ -56,6 +56,7 @@ mod test_support;
 pub mod texture;
 pub mod tilt;
 
+pub use accel::Kernel;
 pub use builder::{
     CameraSettings, ChoiceRule, Emission, EnvironmentImage, Falloff, GroupId, Mapping, MeshData, SceneBuilder, ShapeId,
     Similarity, Spot,

@@ -3,7 +3,7 @@
 mod masks;
 mod shading;
 
-use crate::accel::Accel;
+use crate::accel::{Accel, Kernel};
 use crate::builtin;
 use crate::camera::{Camera, Crop};
 use crate::emitter::{
@@ -147,6 +147,16 @@ impl Scene {
             materials: self.materials.len(),
             emitters: self.emitters.len(),
         }
+    }
+
+    /// The code that follows its rays: the fastest that runs on this processor, unless another was chosen.
+    pub fn kernel(&self) -> Kernel {
+        self.accel.kernel()
+    }
+
+    /// Has its rays followed by other code, which finds the same hits.
+    pub fn set_kernel(&mut self, kernel: Kernel) {
+        self.accel.set_kernel(kernel);
     }
 
     /// The materials, as given.

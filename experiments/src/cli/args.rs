@@ -5,7 +5,7 @@ use crate::export::exr::LayerSelection;
 use crate::parts;
 use crate::relight_command::{self, Dimmer};
 use crate::settings::Assignment;
-use clap::{Args, ValueEnum};
+use clap::{Args, Subcommand, ValueEnum};
 use integrators::{PathClass, Window};
 use std::path::PathBuf;
 
@@ -275,6 +275,39 @@ pub struct LpeArgs {
     pub json: bool,
 }
 
+/// `neumann bench`.
+#[derive(Clone, Debug, Args)]
+pub struct BenchArgs {
+    /// What to measure.
+    #[command(subcommand)]
+    pub kind: BenchKind,
+}
+
+/// What can be measured.
+#[derive(Clone, Debug, Subcommand)]
+pub enum BenchKind {
+    /// Rays per second on one thread, by scene and kind of ray, for each kernel that this processor can run.
+    #[command(after_help = "Examples:\n  neumann bench rays\n  neumann bench rays cornell_box kitchen.obj --json")]
+    Rays {
+        /// Scenes by name or file [default: those of the program, and balls of a hundred to a million triangles].
+        #[arg(value_name = "SCENE")]
+        scenes: Vec<String>,
+        /// As JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Rays at edges and vertices of closed meshes from within; the exit status is 1 if any gets out.
+    #[command(after_help = "Examples:\n  neumann bench leaks\n  neumann bench leaks --rays 1e9 --seed 2")]
+    Leaks {
+        /// Rays for each kernel, at the least; 1e9 is a number as well.
+        #[arg(long, value_name = "N", default_value = "1e7", value_parser = parse_count)]
+        rays: u64,
+        /// Seed of all random numbers.
+        #[arg(long, value_name = "S", default_value_t = 0)]
+        seed: u64,
+    },
+}
+
 /// `neumann list`.
 #[derive(Clone, Debug, Args)]
 pub struct ListArgs {
@@ -326,6 +359,14 @@ fn parse_pair<T: std::str::FromStr>(text: &str) -> Result<(T, T), String> {
     parts.ok_or_else(|| "give two whole numbers with a comma between them, for example 12,40".to_owned())
 }
 
+/// A number of things, such as 1000 or 1e9.
+fn parse_count(text: &str) -> Result<u64, String> {
+    match text.parse::<f64>() {
+        Ok(count) if (1.0..=1e15).contains(&count) && count.fract() == 0.0 => Ok(count as u64),
+        _ => Err("give a whole number from 1 to 1e15, such as 1e9".to_owned()),
+    }
+}
+
 /// More threads than any machine has would only fail later, without a reason that a user understands.
 const MAX_THREADS: usize = 4096;
 
@@ -353,6 +394,15 @@ mod tests {
         assert!(parse_size("0x480").unwrap_err().contains("at least 1"));
         assert!(parse_size("640").unwrap_err().contains("256x256"));
         assert!(parse_size("-1x4").is_err());
+    }
+
+    #[test]
+    fn counts_are_read() {
+        assert_eq!(parse_count("1e9"), Ok(1_000_000_000));
+        assert_eq!(parse_count("12"), Ok(12));
+        for text in ["0", "-1", "1.5", "many", "1e30", "nan"] {
+            assert!(parse_count(text).unwrap_err().contains("1e9"), "{text}");
+        }
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! Everything that a ray meets, not only what it meets first.
 
-use super::query::{Query, dominant_axis};
+use super::lanes::Portable;
+use super::query::Query;
+use super::traverse::FAR;
 use super::tree::{INSTANCE, LEAF, NUMBER, SINGLE};
 use super::{ANALYTIC, Accel, Best, Hit, LANES};
 use crate::ray::Ray;
@@ -22,27 +24,19 @@ impl Primitive {
 
 impl Accel {
     /// Visits every meeting of the ray's interval with the primitives that are wanted, in no particular order.
-    pub fn all(&self, ray: &Ray, wanted: impl Fn(Primitive) -> bool, visit: impl FnMut(Hit)) {
-        match dominant_axis(ray) {
-            0 => self.all_along::<0>(ray, wanted, visit),
-            1 => self.all_along::<1>(ray, wanted, visit),
-            _ => self.all_along::<2>(ray, wanted, visit),
-        }
-    }
-
-    fn all_along<const Z: usize>(&self, ray: &Ray, wanted: impl Fn(Primitive) -> bool, mut visit: impl FnMut(Hit)) {
-        let (query, t_max) = (Query::new::<Z>(ray), f64::from(ray.t_max));
-        self.all_plain::<Z>(ray, &query, t_max, &mut |best| {
+    pub fn all(&self, ray: &Ray, wanted: impl Fn(Primitive) -> bool, mut visit: impl FnMut(Hit)) {
+        let (query, t_max) = (Query::new(ray), f64::from(ray.t_max));
+        self.all_plain(&query, t_max, &mut |best| {
             let primitive = Primitive::of(best.id);
             if wanted(primitive) {
                 visit(match primitive {
-                    Primitive::Triangle(_) => self.triangle_hit(&query, &best),
-                    Primitive::Analytic(_) => self.analytic_hit(&query, &best),
+                    Primitive::Triangle(_) => self.triangle_hit(query.line, &best),
+                    Primitive::Analytic(_) => self.analytic_hit(query.line, &best),
                 });
             }
         });
         if !self.instances().is_empty() {
-            self.leaves_met(ray, |leaf| {
+            self.leaves_met(&query, |leaf| {
                 if leaf & INSTANCE != 0 {
                     self.all_of_instance(leaf & NUMBER, ray, t_max, &wanted, &mut visit);
                 }
@@ -51,35 +45,35 @@ impl Accel {
     }
 
     /// Visits every meeting but those in instances.
-    pub(super) fn all_plain<const Z: usize>(&self, ray: &Ray, query: &Query, t_max: f64, visit: &mut impl FnMut(Best)) {
+    pub(super) fn all_plain(&self, query: &Query, t_max: f64, visit: &mut impl FnMut(Best)) {
         if !self.nodes.is_empty() {
-            return self.leaves_met(ray, |leaf| {
+            return self.leaves_met(query, |leaf| {
                 if leaf & SINGLE == 0 {
-                    self.all_of_block::<Z>(leaf & !LEAF, query, t_max, visit);
+                    self.all_of_block(leaf & !LEAF, query, t_max, visit);
                 } else if leaf & INSTANCE == 0 {
                     self.all_of_analytic(leaf & NUMBER, query, t_max, visit);
                 }
             });
         }
-        (0..self.blocks.len() as u32).for_each(|index| self.all_of_block::<Z>(index, query, t_max, visit));
+        (0..self.blocks.len() as u32).for_each(|index| self.all_of_block(index, query, t_max, visit));
         (0..self.analytic.len() as u32).for_each(|index| self.all_of_analytic(index, query, t_max, visit));
     }
 
-    fn all_of_block<const Z: usize>(&self, index: u32, query: &Query, t_max: f64, visit: &mut impl FnMut(Best)) {
+    fn all_of_block(&self, index: u32, query: &Query, t_max: f64, visit: &mut impl FnMut(Best)) {
         let block = &self.blocks[index as usize];
-        block.for_each_meeting::<Z>(query, t_max as f32, |lane, t| {
+        let mut candidates = block.candidates::<Portable>((), query, t_max as f32 * FAR);
+        while let Some(candidate) = candidates.take() {
+            let (t, lane) = (block.meeting(candidate, query.line), candidate.lane);
             if t > 0.0 && t < t_max {
-                let id = block.id(lane as usize);
-                visit(Best { t, slot: index * LANES as u32 + lane, id, ..Best::new(0.0) });
+                visit(Best { t, slot: index * LANES as u32 + lane as u32, id: block.id(lane), ..Best::new(0.0) });
             }
-            false
-        });
+        }
     }
 
     fn all_of_analytic(&self, index: u32, query: &Query, t_max: f64, visit: &mut impl FnMut(Best)) {
         let surface = &self.analytic[index as usize];
-        let inverse_length2 = query.direction.length_squared().recip();
-        for t in surface.meetings(query.origin, query.direction, inverse_length2) {
+        let [origin, direction] = query.line.exact();
+        for t in surface.meetings(origin, direction, direction.length_squared().recip()) {
             if t > 0.0 && t < t_max {
                 visit(Best { t, slot: ANALYTIC | index, id: ANALYTIC | index, ..Best::new(0.0) });
             }

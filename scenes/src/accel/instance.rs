@@ -6,9 +6,10 @@
 //! leaks between its neighbours; on which side of a triangle's plane the origin is, and where an analytic surface is met, is
 //! decided in `f64` without that rounding.
 
+use super::block::Meeting;
 use super::crossings::Primitive;
-use super::query::{Query, dominant_axis};
-use super::{ANALYTIC, Accel, Best, Hit, PLACED, Placed};
+use super::query::{Line, Query};
+use super::{ANALYTIC, Accel, Best, Hit, Kernel, PLACED, Placed};
 use crate::ray::{Ray, rounding};
 use crate::shape::{Analytic, Triangle};
 use glam::{DAffine3, DMat3, DVec3};
@@ -45,8 +46,8 @@ pub(crate) struct Prototype {
 /// A ray in the coordinates of a group.
 struct Within {
     ray: Ray,
-    origin: DVec3,
-    direction: DVec3,
+    /// Its origin and direction, not rounded.
+    exact: [DVec3; 2],
     /// The parameter of the ray outside where this one begins.
     start: f64,
     /// The end of its interval.
@@ -55,13 +56,8 @@ struct Within {
 
 impl Within {
     #[inline]
-    fn query<const Z: usize>(&self) -> Query {
-        Query {
-            origin: self.origin,
-            direction: self.direction,
-            inverse_z: self.direction[Z].recip(),
-            ..Query::new::<Z>(&self.ray)
-        }
+    fn line(&self) -> Line<'_> {
+        Line { ray: &self.ray, exact: Some(&self.exact) }
     }
 }
 
@@ -185,7 +181,7 @@ impl Prototype {
         // With room for the rounding of the difference: what is nearest is decided outside.
         let t_max = (t_max - start) * (1.0 + 4.0 * f64::EPSILON);
         let local = Ray { o: origin.as_vec3(), d: d.as_vec3(), t_max: (t_max as f32).next_up() };
-        Within { ray: local, origin, direction: d, start, t_max }
+        Within { ray: local, exact: [origin, d], start, t_max }
     }
 
     #[inline]
@@ -212,6 +208,17 @@ impl Accel {
         kept as u64 - once + self.instances.iter().map(of).sum::<u64>()
     }
 
+    /// The code that follows rays.
+    pub fn kernel(&self) -> Kernel {
+        self.kernel
+    }
+
+    /// Has rays followed by other code.
+    pub fn set_kernel(&mut self, kernel: Kernel) {
+        self.kernel = kernel;
+        self.prototypes.iter_mut().for_each(|prototype| prototype.accel.set_kernel(kernel));
+    }
+
     #[inline]
     fn prototype(&self, index: u32) -> (&Instance, &Prototype) {
         let instance = self.instance(index);
@@ -220,18 +227,16 @@ impl Accel {
 
     /// Searches an instance for a nearer hit.
     #[inline(never)]
-    pub(super) fn offer_instance(&self, index: u32, ray: &Ray, best: &mut Best) {
+    pub(super) fn offer_instance(&self, index: u32, line: Line, mut best: Best) -> Best {
+        self.settle(line, &mut best);
         let (instance, prototype) = self.prototype(index);
-        let within = prototype.enter(instance, ray, best.t);
-        let mut found = Best { t: within.t_max, ..Best::new(0.0) };
-        match dominant_axis(&within.ray) {
-            0 => prototype.accel.search::<0>(&within.ray, &within.query::<0>(), &mut found),
-            1 => prototype.accel.search::<1>(&within.ray, &within.query::<1>(), &mut found),
-            _ => prototype.accel.search::<2>(&within.ray, &within.query::<2>(), &mut found),
-        }
+        let within = prototype.enter(instance, line.ray, best.t);
+        let mut found = Best::before(within.t_max);
+        prototype.accel.search(&Query::of(within.line()), &mut found);
         if !found.is_hit() {
-            return;
+            return best;
         }
+        prototype.accel.settle(within.line(), &mut found);
         let (t, id) = (within.start + found.t, prototype.id(&found));
         // Of two equally near the one numbered first, as everywhere; of two copies of one triangle, that of the first instance.
         let before = match best.is_placed() {
@@ -239,8 +244,9 @@ impl Accel {
             false => id < best.id,
         };
         if t < best.t || (t == best.t && before) {
-            *best = Best { t, slot: PLACED, id, placed: Placed { instance: index, slot: found.slot } };
+            best = Best { slot: PLACED, id, placed: Placed { instance: index, slot: found.slot }, ..Best::before(t) };
         }
+        best
     }
 
     /// Whether anything in an instance is met before `t_max`.
@@ -249,11 +255,7 @@ impl Accel {
         let (instance, prototype) = self.prototype(index);
         let mut within = prototype.enter(instance, ray, t_max);
         within.t_max = t_max - within.start;
-        match dominant_axis(&within.ray) {
-            0 => prototype.accel.meets::<0>(&within.ray, &within.query::<0>(), within.t_max),
-            1 => prototype.accel.meets::<1>(&within.ray, &within.query::<1>(), within.t_max),
-            _ => prototype.accel.meets::<2>(&within.ray, &within.query::<2>(), within.t_max),
-        }
+        prototype.accel.meets(&Query::of(within.line()), within.t_max)
     }
 
     /// Works out the point of a hit in an instance.
@@ -284,11 +286,7 @@ impl Accel {
                 visit(prototype.hit(instance, index, &within, &Best { id, ..best }, t));
             }
         };
-        match dominant_axis(&within.ray) {
-            0 => prototype.accel.all_plain::<0>(&within.ray, &within.query::<0>(), within.t_max, &mut met),
-            1 => prototype.accel.all_plain::<1>(&within.ray, &within.query::<1>(), within.t_max, &mut met),
-            _ => prototype.accel.all_plain::<2>(&within.ray, &within.query::<2>(), within.t_max, &mut met),
-        }
+        prototype.accel.all_plain(&Query::of(within.line()), within.t_max, &mut met);
     }
 }
 
@@ -300,11 +298,12 @@ impl Prototype {
         let place = |p: DVec3| instance.to_world.transform_point3(p).as_vec3();
         if best.slot & ANALYTIC != 0 {
             let surface = &self.accel.analytic[(best.slot & !ANALYTIC) as usize];
-            let (p, normal) = surface.exact_point(within.origin, within.direction, best.t);
+            let [origin, direction] = within.exact;
+            let (p, normal) = surface.exact_point(origin, direction, best.t);
             let ng = instance.covector_to_world(normal).normalize().as_vec3();
             return Hit::PlacedAnalytic { t, id: best.id & !ANALYTIC, instance: index, p: place(p), ng };
         }
-        let (p, b) = self.accel.triangle_point(best.slot, within.origin, within.direction);
+        let Meeting { p, b, .. } = self.accel.triangle_point(best.slot, within.line());
         Hit::PlacedTriangle { t, id: best.id, instance: index, p: place(p), b }
     }
 }

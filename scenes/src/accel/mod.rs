@@ -2,13 +2,18 @@
 //!
 //! Triangles are kept in [pairs](pairing), four pairs to a [`block`], tested together without leaks; spheres, disks and cylinders are
 //! analytic. A few primitives are simply
-//! searched; more are put in a [`tree`] of four children a node, collapsed from the binary tree that `obvhs` builds.
+//! searched; more are put in a [`tree`] of eight children a node, collapsed from the binary tree that `obvhs` builds.
 //! Whichever it is, the hits are the same: boxes only decide what is looked at. What is placed many times is kept once, in a tree of
 //! its own, and is a leaf of the tree of the scene wherever it is placed: an [`instance`].
 
+#[allow(unsafe_code)]
+mod bare;
 mod block;
+mod collapse;
 mod crossings;
 mod instance;
+mod kernel;
+mod lanes;
 mod pairing;
 mod parting;
 mod query;
@@ -16,23 +21,24 @@ mod traverse;
 mod tree;
 
 use crate::needs::Skip;
-use crate::ray::{Ray, SurfacePoint};
+use crate::ray::SurfacePoint;
 use crate::shape::{Analytic, Triangle};
-use block::{Block, LANES, PAIRS};
+use block::{Block, LANES, Meeting, PAIRS};
 pub(crate) use crossings::Primitive;
-use glam::DVec3;
 pub(crate) use instance::{Instance, Prototype};
+pub use kernel::Kernel;
 use pairing::Pair;
-use query::{Query, dominant_axis};
+use query::Line;
 use sampling::{Vec2, Vec3};
 use tree::Node;
 
 /// Up to this many primitives are searched without a tree.
-pub(crate) const FEW: usize = 64;
+pub(crate) const FEW: usize = 8;
 
 /// The surfaces of a scene, arranged for rays.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Accel {
+    kernel: Kernel,
     blocks: Vec<Block>,
     analytic: Vec<Analytic>,
     /// Empty if the primitives are searched as a list.
@@ -97,6 +103,10 @@ pub(crate) enum Hit {
 /// The nearest hit so far; the slot says where the primitive is kept.
 #[derive(Clone, Copy)]
 struct Best {
+    /// Bounds of its parameter.
+    from: f32,
+    to: f32,
+    /// Its parameter; NaN as long as it has not been needed.
     t: f64,
     slot: u32,
     id: u32,
@@ -119,16 +129,30 @@ const PLACED: u32 = 1 << 30;
 const NOTHING: u32 = u32::MAX;
 
 impl Best {
-    #[inline]
+    #[inline(always)]
     fn new(t_max: f32) -> Self {
-        Best { t: f64::from(t_max), slot: NOTHING, id: 0, placed: Placed::default() }
+        Best { from: t_max, to: t_max, t: f64::from(t_max), slot: NOTHING, id: 0, placed: Placed::default() }
     }
 
-    /// Takes a hit if it is nearer; of two equally near, the one numbered first, so that no arrangement matters.
+    /// Nothing met as yet, before `t`.
+    #[inline]
+    fn before(t: f64) -> Self {
+        Best { from: (t as f32).next_down(), to: (t as f32).next_up(), t, ..Best::new(0.0) }
+    }
+
+    /// Takes a hit that is certain to be the nearest so far.
+    #[inline(always)]
+    fn take(&mut self, (from, to): (f32, f32), slot: u32, id: u32) {
+        (self.from, self.to, self.t, self.slot, self.id) = (from, to, f64::NAN, slot, id);
+    }
+
+    /// Takes a hit if it is nearer, where the parameter of that so far is known; of two equally near, the one numbered first, so that
+    /// no arrangement matters.
     #[inline]
     fn offer(&mut self, t: f64, slot: u32, id: u32) {
+        debug_assert!(!self.t.is_nan());
         if t > 0.0 && (t < self.t || (t == self.t && id < self.id)) {
-            (self.t, self.slot, self.id) = (t, slot, id);
+            *self = Best { slot, id, placed: self.placed, ..Best::before(t) };
         }
     }
 
@@ -173,138 +197,38 @@ impl Accel {
         &self.instances
     }
 
-    /// The first surface on the ray's interval.
-    #[inline]
-    pub fn closest(&self, ray: &Ray) -> Option<Hit> {
-        match dominant_axis(ray) {
-            0 => self.closest_along::<0>(ray),
-            1 => self.closest_along::<1>(ray),
-            _ => self.closest_along::<2>(ray),
-        }
-    }
-
-    /// Whether any surface is on the ray's interval.
-    #[inline]
-    pub fn any(&self, ray: &Ray) -> bool {
-        match dominant_axis(ray) {
-            0 => self.any_along::<0>(ray),
-            1 => self.any_along::<1>(ray),
-            _ => self.any_along::<2>(ray),
-        }
-    }
-
-    #[inline]
-    fn closest_along<const Z: usize>(&self, ray: &Ray) -> Option<Hit> {
-        let query = Query::new::<Z>(ray);
-        let mut best = Best::new(ray.t_max);
-        self.search::<Z>(ray, &query, &mut best);
-        self.resolve(ray, &query, &best)
-    }
-
-    #[inline(always)]
-    fn search<const Z: usize>(&self, ray: &Ray, query: &Query, best: &mut Best) {
-        if !self.nodes.is_empty() {
-            return self.search_closest::<Z>(ray, query, best);
-        }
-        for index in 0..self.blocks.len() as u32 {
-            self.offer_block::<Z>(index, query, best);
-        }
-        self.offer_all_analytic(query, best);
-    }
-
-    #[inline]
-    fn any_along<const Z: usize>(&self, ray: &Ray) -> bool {
-        self.meets::<Z>(ray, &Query::new::<Z>(ray), f64::from(ray.t_max))
-    }
-
-    #[inline(always)]
-    fn meets<const Z: usize>(&self, ray: &Ray, query: &Query, t_max: f64) -> bool {
-        if self.nodes.is_empty() {
-            return self.blocks.iter().any(|block| meets_block::<Z>(block, query, t_max))
-                || self.meets_any_analytic(query, t_max);
-        }
-        self.search_any::<Z>(ray, query, t_max)
-    }
-
-    #[inline(always)]
-    fn offer_block<const Z: usize>(&self, index: u32, query: &Query, best: &mut Best) {
-        let block = &self.blocks[index as usize];
-        block.for_each_meeting::<Z>(query, best.t as f32, |lane, t| {
-            best.offer(t, index * LANES as u32 + lane, block.id(lane as usize));
-            false
-        });
-    }
-
-    #[inline]
-    fn offer_all_analytic(&self, query: &Query, best: &mut Best) {
-        if self.analytic.is_empty() {
-            return;
-        }
-        let inverse_length2 = query.direction.length_squared().recip();
-        for index in 0..self.analytic.len() as u32 {
-            self.offer_analytic(index, query, inverse_length2, best);
-        }
-    }
-
-    #[inline]
-    fn offer_analytic(&self, index: u32, query: &Query, inverse_length2: f64, best: &mut Best) {
-        let [first, second] = self.analytic[index as usize].meetings(query.origin, query.direction, inverse_length2);
-        // Written so that the second counts where the first is NaN.
-        let t = if first > 0.0 { first } else { second };
-        best.offer(t, ANALYTIC | index, ANALYTIC | index);
-    }
-
-    #[inline]
-    fn meets_any_analytic(&self, query: &Query, t_max: f64) -> bool {
-        if self.analytic.is_empty() {
-            return false;
-        }
-        let inverse_length2 = query.direction.length_squared().recip();
-        self.analytic.iter().any(|surface| meets_analytic(surface, query, inverse_length2, t_max))
-    }
-
     /// Works out the point of the nearest hit, once per ray.
-    #[inline]
-    fn resolve(&self, ray: &Ray, query: &Query, best: &Best) -> Option<Hit> {
+    #[inline(always)]
+    fn resolve(&self, line: Line, best: &Best) -> Option<Hit> {
         // The mark of nothing has all bits, so that a triangle is told by one question.
         if best.slot & (ANALYTIC | PLACED) == 0 {
-            return Some(self.triangle_hit(query, best));
+            return Some(self.triangle_hit(line, best));
         }
         if !best.is_hit() {
             return None;
         }
-        Some(if best.is_placed() { self.placed_hit(ray, best) } else { self.analytic_hit(query, best) })
+        Some(if best.is_placed() { self.placed_hit(line.ray, best) } else { self.analytic_hit(line, best) })
     }
 
-    #[inline]
-    fn triangle_hit(&self, query: &Query, best: &Best) -> Hit {
-        let (p, b) = self.triangle_point(best.slot, query.origin, query.direction);
-        Hit::Triangle { t: best.t as f32, id: best.id, p: p.as_vec3(), b }
+    #[inline(always)]
+    fn triangle_hit(&self, line: Line, best: &Best) -> Hit {
+        let Meeting { t, p, b } = self.triangle_point(best.slot, line);
+        Hit::Triangle { t: t as f32, id: best.id, p: p.as_vec3(), b }
     }
 
-    #[inline]
-    fn analytic_hit(&self, query: &Query, best: &Best) -> Hit {
+    #[inline(never)]
+    fn analytic_hit(&self, line: Line, best: &Best) -> Hit {
         let id = best.slot & !ANALYTIC;
-        let at = self.analytic[id as usize].point(query.origin, query.direction, best.t);
+        let [origin, direction] = line.exact();
+        let at = self.analytic[id as usize].point(origin, direction, best.t);
         Hit::Analytic { t: best.t as f32, id, at }
     }
 
-    /// Where a line meets the triangle in a slot, and its barycentric coordinates of the vertices 1 and 2.
-    #[inline]
-    fn triangle_point(&self, slot: u32, origin: DVec3, direction: DVec3) -> (DVec3, Vec2) {
-        self.blocks[slot as usize / LANES].point(slot as usize % LANES, origin, direction)
+    /// Where a line meets the triangle in a slot.
+    #[inline(always)]
+    fn triangle_point(&self, slot: u32, line: Line) -> Meeting {
+        self.blocks[slot as usize / LANES].point(slot as usize % LANES, line)
     }
-}
-
-#[inline(always)]
-fn meets_block<const Z: usize>(block: &Block, query: &Query, t_max: f64) -> bool {
-    block.for_each_meeting::<Z>(query, t_max as f32, |_, t| t > 0.0 && t < t_max)
-}
-
-#[inline]
-fn meets_analytic(surface: &Analytic, query: &Query, inverse_length2: f64, t_max: f64) -> bool {
-    let meetings = surface.meetings(query.origin, query.direction, inverse_length2);
-    meetings.into_iter().any(|t| t > 0.0 && t < t_max)
 }
 
 #[cfg(test)]

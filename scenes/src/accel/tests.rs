@@ -1,5 +1,6 @@
 use super::*;
 use crate::needs::Skip;
+use crate::ray::Ray;
 use crate::shape::{Cylinder, Disk, Sphere};
 use crate::test_support::{Random, add_room, built, bumpy_ball, grey_builder};
 use glam::{DVec3, dvec3};
@@ -49,12 +50,12 @@ fn same(a: &Option<Hit>, b: &Option<Hit>) -> bool {
 #[test]
 fn a_list_and_a_tree_find_the_same_hits() {
     let mut random = Random::new(1);
-    for (count, balls) in [(0, 3), (0, 12), (1, 0), (5, 0), (40, 20), (60, 0)] {
+    for (count, balls) in [(0, 3), (0, 12), (1, 0), (5, 0), (4, 4), (8, 0), (40, 20)] {
         let triangles = random_triangles(&mut random, count, 0.4);
         let analytic: Vec<Analytic> = (0..balls).map(|i| random_analytic(&mut random, i)).collect();
         let list = Accel::build(&triangles, analytic.clone(), Vec3::ZERO, Skip::Unneeded);
         let tree = Accel::build(&triangles, analytic, Vec3::ZERO, Skip::Nothing);
-        assert!(list.nodes.is_empty() && !tree.nodes.is_empty());
+        assert!(list.nodes.is_empty() == (count + balls <= FEW) && !tree.nodes.is_empty());
         for _ in 0..20_000 {
             let o = random.direction() * 2.0 * random.next_1d();
             let mut ray = Ray::new(o, random.direction());
@@ -66,6 +67,113 @@ fn a_list_and_a_tree_find_the_same_hits() {
             assert_eq!(list.any(&ray), list.closest(&ray).is_some(), "{ray:?}");
         }
     }
+}
+
+/// A ray at a corner, an edge or the inside of a triangle, or along it; from somewhere, from next to it, or along an axis.
+fn delicate_ray(random: &mut Random, triangle: &Triangle) -> Ray {
+    let mut pick = |count: usize| (random.next_1d() * count as f32) as usize;
+    let (corner, place, start, axis) = (pick(3), pick(4), pick(4), pick(3));
+    let [a, b, c] = [0, 1, 2].map(|v| triangle.0[(corner + v) % 3]);
+    let target = [a, (a + b) * 0.5, a + (b - a) * random.next_1d(), (a + b + c) / 3.0][place];
+    let o = match start {
+        0 => target + random.direction() * 1e-6,
+        1 => c + (c - target) * random.next_1d(),
+        2 => {
+            let mut o = target;
+            o[axis] += 1.0 + random.next_1d();
+            o
+        }
+        _ => random.direction() * 2.0,
+    };
+    let t_max = [f32::INFINITY, 1.0, 1.0 + 1e-7, 2.0 * random.next_1d()][(random.next_1d() * 4.0) as usize];
+    Ray { o, d: target - o, t_max }
+}
+
+#[test]
+fn all_kernels_find_the_same_hits() {
+    let mut random = Random::new(12);
+    let (mut compared, mut met) = (0, 0);
+    for (count, size, balls) in
+        [(1, 0.5, 0), (9, 0.5, 2), (50, 0.4, 9), (300, 0.3, 20), (3000, 0.08, 0), (4000, 1e-3, 40)]
+    {
+        let mut triangles = random_triangles(&mut random, count, size);
+        let needle = triangles[0].0;
+        triangles.push(Triangle([needle[0], needle[1], needle[0] + (needle[1] - needle[0]) * 0.5]));
+        triangles.push(Triangle([needle[0]; 3]));
+        // A strip with shared edges.
+        let along = [random.direction(), random.direction()];
+        let at = |i: usize| along[0] * (i as f32 * 0.05) + along[1] * (0.2 * (i % 2) as f32);
+        triangles.extend(
+            (0..40).map(|i| {
+                Triangle(if i % 2 == 0 { [at(i), at(i + 1), at(i + 2)] } else { [at(i + 1), at(i), at(i + 2)] })
+            }),
+        );
+        let analytic: Vec<Analytic> = (0..balls).map(|i| random_analytic(&mut random, i)).collect();
+        for skip in [Skip::Unneeded, Skip::Nothing] {
+            let mut portable = Accel::build(&triangles, analytic.clone(), Vec3::splat(2.0), skip);
+            portable.set_kernel(Kernel::PORTABLE);
+            for kernel in Kernel::available() {
+                let mut other = portable.clone();
+                other.set_kernel(kernel);
+                for i in 0..80_000 {
+                    let triangle = &triangles[(random.next_1d() * triangles.len() as f32) as usize];
+                    let ray = match i % 4 {
+                        0 => Ray::new(random.direction() * 2.0 * random.next_1d(), random.direction()),
+                        _ => delicate_ray(&mut random, triangle),
+                    };
+                    if ray.d == Vec3::ZERO {
+                        continue;
+                    }
+                    let (a, b) = (portable.closest(&ray), other.closest(&ray));
+                    assert!(same(&a, &b), "{kernel}, {count} triangles, {ray:?}: {a:?} {b:?}");
+                    assert_eq!(portable.any(&ray), other.any(&ray), "{kernel}, {count} triangles, {ray:?}");
+                    assert_eq!(other.any(&ray), b.is_some(), "{kernel}, {count} triangles, {ray:?}: {b:?}");
+                    met += usize::from(a.is_some());
+                    compared += 1;
+                }
+            }
+        }
+    }
+    assert!(compared > 500_000 && met > compared / 4, "{met} of {compared}");
+}
+
+/// Coordinates from where products underflow to where they overflow; directions along axes, with components that are zero of either
+/// sign, subnormal, or so small that their reciprocals are infinite.
+#[test]
+fn all_kernels_find_the_same_hits_in_extreme_numbers() {
+    let mut random = Random::new(13);
+    let mut met = 0;
+    for scale in [1e-38f32, 1e-30, 1e-19, 1e-9, 1.0, 1e9, 1e18, 1e30] {
+        let mut triangles = random_triangles(&mut random, 60, 0.4);
+        triangles.iter_mut().for_each(|triangle| triangle.0.iter_mut().for_each(|p| *p *= scale));
+        let mut portable = Accel::build(&triangles, Vec::new(), Vec3::splat(2.0 * scale), Skip::Nothing);
+        portable.set_kernel(Kernel::PORTABLE);
+        for kernel in Kernel::available() {
+            let mut other = portable.clone();
+            other.set_kernel(kernel);
+            for i in 0..20_000 {
+                let triangle = &triangles[(random.next_1d() * triangles.len() as f32) as usize];
+                let target = triangle.0[0] + (triangle.0[1] - triangle.0[0]) * 0.25 * (i % 3) as f32;
+                let mut d = random.direction() * [1.0, scale, 1e-30][i % 3];
+                let axis = (random.next_1d() * 3.0) as usize;
+                d[axis] = [0.0, -0.0, 1e-42, -1e-39, 1e-25, d[axis]][i % 6];
+                let o = target - d * (random.next_1d() * scale / d.abs().max_element().max(f32::MIN_POSITIVE));
+                let t_max = [f32::INFINITY, f32::MAX, random.next_1d(), 0.0][i % 4];
+                let ray = Ray { o, d, t_max };
+                let (a, b) = (portable.closest(&ray), other.closest(&ray));
+                let number = |hit: &Option<Hit>| match hit {
+                    Some(Hit::Triangle { t, id, p, b }) => {
+                        Some((*id, [t.to_bits(), b.x.to_bits(), b.y.to_bits()], p.to_array().map(f32::to_bits)))
+                    }
+                    _ => None,
+                };
+                assert_eq!(number(&a), number(&b), "{kernel}, {scale}, {ray:?}");
+                assert_eq!(portable.any(&ray), other.any(&ray), "{kernel}, {scale}, {ray:?}");
+                met += usize::from(a.is_some());
+            }
+        }
+    }
+    assert!(met > 50_000, "{met}");
 }
 
 #[test]

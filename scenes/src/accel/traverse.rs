@@ -1,164 +1,329 @@
-//! The way of a ray through the tree.
+//! The way of a ray through the tree, or along the list.
 
-use super::query::Query;
-use super::tree::{Child, DEEPEST, INSTANCE, LEAF, NUMBER, Node, SINGLE, WIDTH};
-use super::{Accel, Best, meets_analytic, meets_block};
+use super::bare::Stack;
+use super::block::{Candidate, LANES};
+use super::lanes::{Lanes, Portable, WIDTH};
+use super::query::{Line, Query};
+use super::tree::{Child, INSTANCE, LEAF, NUMBER, Node, SINGLE};
+use super::{ANALYTIC, Accel, Best, Hit};
 use crate::ray::{Ray, UNIT_ROUNDOFF};
-use glam::{Vec3, Vec4};
 
-/// Entries of the stack, three for each level of a tree of some million triangles. It is cleared for every ray, so that a
-/// smaller one is faster.
-const STACK: usize = 48;
-/// Entries of the stack for any tree.
-const DEEP_STACK: usize = 3 * DEEPEST + 1;
-
-/// Far planes are moved away by the rounding of both distances \[Ize13\].
-const FAR: f32 = 1.0 + 8.0 * UNIT_ROUNDOFF;
+/// Parameters are compared with room for their rounding.
+pub(super) const FAR: f32 = 1.0 + 8.0 * UNIT_ROUNDOFF;
 
 /// A ray prepared for boxes.
-struct Slabs {
-    origin: [Vec4; 3],
-    inverse: [Vec4; 3],
-    /// For each axis, which of the two planes is met first.
-    near: [usize; 3],
+struct Slabs<L> {
+    origin: [L; 3],
+    /// Reciprocals of its direction, turned around.
+    inverse: [L; 3],
 }
 
-impl Slabs {
+impl<L: Lanes> Slabs<L> {
     #[inline(always)]
-    fn new(ray: &Ray) -> Self {
-        // A component of zero gets a huge reciprocal, so that no product of zero and infinity arises.
-        let inverse =
-            Vec3::from_array(ray.d.to_array().map(|d| if d.abs() < 1e-24 { 1e24f32.copysign(d) } else { d.recip() }));
+    fn new(proof: L::Proof, ray: &Ray) -> Self {
+        let (o, d) = (ray.o, ray.d);
         Slabs {
-            origin: ray.o.to_array().map(Vec4::splat),
-            inverse: inverse.to_array().map(Vec4::splat),
-            near: inverse.to_array().map(|i| usize::from(i < 0.0)),
+            origin: [L::splat(proof, o.x), L::splat(proof, o.y), L::splat(proof, o.z)],
+            inverse: [
+                L::splat(proof, -reciprocal(d.x)),
+                L::splat(proof, -reciprocal(d.y)),
+                L::splat(proof, -reciprocal(d.z)),
+            ],
         }
     }
 
-    /// The parameters at which the ray enters the children's boxes, and the mask of those it meets before `t_max`.
+    /// The parameters at which the ray enters the children's boxes, and those it meets before `t_max`, as bits. The far ends are made
+    /// larger by the rounding of both distances \[Ize13\].
     #[inline(always)]
-    fn enter(&self, node: &Node, t_max: f32) -> (Vec4, u32) {
-        let plane = |axis: usize, side: usize| (node.planes[axis][side & 1] - self.origin[axis]) * self.inverse[axis];
-        let [x, y, z] = self.near;
-        let near = plane(0, x).max(plane(1, y)).max(plane(2, z)).max(Vec4::ZERO);
-        let far = plane(0, x ^ 1).min(plane(1, y ^ 1)).min(plane(2, z ^ 1));
-        let mask = near.cmple((far * FAR).min(Vec4::splat(t_max))).bitmask();
-        (near, mask)
+    fn enter(&self, proof: L::Proof, node: &Node, t_max: f32) -> (L, u32) {
+        let (near_x, far_x) = self.slab(proof, node, 0);
+        let (near_y, far_y) = self.slab(proof, node, 1);
+        let (near_z, far_z) = self.slab(proof, node, 2);
+        // In this order zero is positive, and NaN, for a child that is not there, stays NaN.
+        let near = near_x.max(near_y).max(near_z).max(L::splat(proof, 0.0));
+        let far = far_x.min(far_y).min(far_z) * L::splat(proof, FAR);
+        (near, near.at_most(L::splat(proof, t_max).min(far)))
     }
+
+    /// The parameters at which the ray enters and leaves the space between the planes across an axis.
+    #[inline(always)]
+    fn slab(&self, proof: L::Proof, node: &Node, axis: usize) -> (L, L) {
+        let [low, high] = &node.planes[axis];
+        let low = (self.origin[axis] - L::load(proof, low)) * self.inverse[axis];
+        let high = (self.origin[axis] - L::load(proof, high)) * self.inverse[axis];
+        (low.min(high), low.max(high))
+    }
+}
+
+/// The reciprocal; a huge one for zero, so that no product of zero and infinity arises.
+#[inline(always)]
+fn reciprocal(d: f32) -> f32 {
+    if d.abs() < 1e-24 { 1e24f32.copysign(d) } else { d.recip() }
+}
+
+/// The nearest of the children that are met; the others are put on the stack, the nearer ones last. Up to four are put in order without
+/// branches, since these would be guessed wrong as often as not.
+#[inline(always)]
+fn nearest(stack: &mut Stack<u64>, node: &Node, near: &[f32; WIDTH], mut met: u32) -> Child {
+    let a = next(node, near, &mut met);
+    if met == 0 {
+        return a as Child;
+    }
+    let b = next(node, near, &mut met);
+    let (a, b) = (a.min(b), a.max(b));
+    if met == 0 {
+        stack.push(b);
+        return a as Child;
+    }
+    let c = next(node, near, &mut met);
+    let (a, c) = (a.min(c), a.max(c));
+    let (b, c) = (b.min(c), b.max(c));
+    if met == 0 {
+        stack.push(c);
+        stack.push(b);
+        return a as Child;
+    }
+    let d = next(node, near, &mut met);
+    let (mut a, d) = (a.min(d), a.max(d));
+    let (b, d) = (b.min(d), b.max(d));
+    let (c, d) = (c.min(d), c.max(d));
+    let start = stack.len();
+    stack.push(d);
+    stack.push(c);
+    stack.push(b);
+    while met != 0 {
+        let e = next(node, near, &mut met);
+        stack.insert(start, a.max(e));
+        a = a.min(e);
+    }
+    a as Child
+}
+
+/// One of the children that are met, and out of `met`, behind the parameter where it is entered: ordered by this, which is not negative.
+#[inline(always)]
+fn next(node: &Node, near: &[f32; WIDTH], met: &mut u32) -> u64 {
+    let lane = take(met);
+    u64::from(near[lane].to_bits()) << 32 | u64::from(node.children[lane])
+}
+
+/// The lowest bit that is set, taken out.
+#[inline(always)]
+fn take(mask: &mut u32) -> usize {
+    let lane = mask.trailing_zeros() as usize;
+    *mask &= mask.wrapping_sub(1);
+    lane % WIDTH
 }
 
 impl Accel {
-    #[inline]
-    pub(super) fn search_closest<const Z: usize>(&self, ray: &Ray, query: &Query, best: &mut Best) {
-        if 3 * self.depth < STACK {
-            self.closest_with_stack::<Z, STACK>(ray, query, best);
-        } else {
-            self.closest_with_stack::<Z, DEEP_STACK>(ray, query, best);
-        }
-    }
-
-    #[inline]
-    pub(super) fn search_any<const Z: usize>(&self, ray: &Ray, query: &Query, t_max: f64) -> bool {
-        if 3 * self.depth < STACK {
-            self.any_with_stack::<Z, STACK>(ray, query, t_max)
-        } else {
-            self.any_with_stack::<Z, DEEP_STACK>(ray, query, t_max)
-        }
-    }
-
-    /// Nearest boxes first; what lies beyond the nearest hit is left out.
-    #[inline(never)]
-    fn closest_with_stack<const Z: usize, const N: usize>(&self, ray: &Ray, query: &Query, best: &mut Best) {
-        let slabs = Slabs::new(ray);
-        let inverse_length2 = query.direction.length_squared().recip();
-        let mut stack = [(0.0f32, 0 as Child); N];
-        let mut top = 1;
-        let mut limit = best.t as f32 * FAR;
-        while top > 0 {
-            top -= 1;
-            let (near, child) = stack[top];
-            if near > limit {
-                continue;
-            }
-            if child & LEAF != 0 {
-                if child & SINGLE == 0 {
-                    self.offer_block::<Z>(child & !LEAF, query, best);
-                } else if child & INSTANCE == 0 {
-                    self.offer_analytic(child & NUMBER, query, inverse_length2, best);
-                } else {
-                    self.offer_instance(child & NUMBER, ray, best);
-                }
-                limit = best.t as f32 * FAR;
-                continue;
-            }
-            let node = &self.nodes[child as usize];
-            let (near, mut mask) = slabs.enter(node, limit);
-            let near = near.to_array();
-            let first = top;
-            while mask != 0 {
-                let lane = mask.trailing_zeros() as usize;
-                mask &= mask - 1;
-                let entry = (near[lane % WIDTH], node.children[lane % WIDTH]);
-                let mut place = top;
-                while place > first && stack[place - 1].0 < entry.0 {
-                    stack[place] = stack[place - 1];
-                    place -= 1;
-                }
-                stack[place] = entry;
-                top += 1;
-            }
-        }
-    }
-
-    /// Visits the leaves whose boxes the ray meets, in any order.
-    pub(super) fn leaves_met(&self, ray: &Ray, mut visit: impl FnMut(Child)) {
-        self.any_leaf::<DEEP_STACK>(ray, |leaf| {
-            visit(leaf);
-            false
-        });
-    }
-
-    /// Boxes in any order, until something is met.
-    #[inline(never)]
-    fn any_with_stack<const Z: usize, const N: usize>(&self, ray: &Ray, query: &Query, t_max: f64) -> bool {
-        let inverse_length2 = query.direction.length_squared().recip();
-        self.any_leaf::<N>(ray, |leaf| {
-            if leaf & SINGLE == 0 {
-                meets_block::<Z>(&self.blocks[(leaf & !LEAF) as usize], query, t_max)
-            } else if leaf & INSTANCE == 0 {
-                meets_analytic(&self.analytic[(leaf & NUMBER) as usize], query, inverse_length2, t_max)
-            } else {
-                self.meets_instance(leaf & NUMBER, ray, t_max)
-            }
-        })
-    }
-
-    /// Whether `met` says so of any leaf whose box the ray meets, in any order; the rest is left out then.
+    /// The first surface on the ray's interval.
     #[inline(always)]
-    fn any_leaf<const N: usize>(&self, ray: &Ray, mut met: impl FnMut(Child) -> bool) -> bool {
-        let slabs = Slabs::new(ray);
-        let limit = ray.t_max * FAR;
-        let mut stack = [0 as Child; N];
-        let mut top = 1;
-        while top > 0 {
-            top -= 1;
-            let child = stack[top];
-            if child & LEAF != 0 {
-                if met(child) {
+    pub(super) fn closest_hit<L: Lanes>(&self, proof: L::Proof, ray: &Ray) -> Option<Hit> {
+        let query = Query::new(ray);
+        let mut best = Best::new(ray.t_max);
+        self.closest_with::<L>(proof, &query, &mut best);
+        self.resolve(query.line, &best)
+    }
+
+    /// Offers what is met: nearest boxes first; what lies beyond the nearest hit is left out.
+    #[inline(always)]
+    pub(super) fn closest_with<L: Lanes>(&self, proof: L::Proof, query: &Query, best: &mut Best) {
+        if self.nodes.is_empty() {
+            for index in 0..self.blocks.len() as u32 {
+                self.offer_block::<L>(proof, index, query, best);
+            }
+            for index in 0..self.analytic.len() as u32 {
+                *best = self.offer_analytic(index, query.line, *best);
+            }
+            return;
+        }
+        let slabs = Slabs::<L>::new(proof, query.line.ray);
+        let mut stack = Stack::new();
+        let mut child: Child = 0;
+        let mut limit = best.to * FAR;
+        loop {
+            if child & LEAF == 0 {
+                let node = &self.nodes[child as usize];
+                let (near, met) = slabs.enter(proof, node, limit);
+                if met != 0 {
+                    child = nearest(&mut stack, node, &near.to_array(), met);
+                    continue;
+                }
+            } else {
+                self.offer_leaf::<L>(proof, child, query, best);
+                limit = best.to * FAR;
+            }
+            loop {
+                let Some(entry) = stack.pop() else { return };
+                if (entry >> 32) as u32 <= limit.to_bits() {
+                    child = entry as Child;
+                    break;
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn offer_leaf<L: Lanes>(&self, proof: L::Proof, leaf: Child, query: &Query, best: &mut Best) {
+        if leaf & SINGLE == 0 {
+            self.offer_block::<L>(proof, leaf & !LEAF, query, best);
+        } else if leaf & INSTANCE == 0 {
+            *best = self.offer_analytic(leaf & NUMBER, query.line, *best);
+        } else {
+            *best = self.offer_instance(leaf & NUMBER, query.line, *best);
+        }
+    }
+
+    #[inline(always)]
+    fn offer_block<L: Lanes>(&self, proof: L::Proof, index: u32, query: &Query, best: &mut Best) {
+        let limit = best.to * FAR;
+        let block = &self.blocks[index as usize];
+        let mut candidates = block.candidates::<L>(proof, query, limit);
+        if candidates.is_empty() {
+            return;
+        }
+        let (from, to) = candidates.bounds();
+        while let Some(candidate) = candidates.take() {
+            let (lane, from, to) = (candidate.lane, from[candidate.lane], to[candidate.lane]);
+            if from > best.to {
+                continue;
+            }
+            if from > 0.0 && to < best.from && candidate.certain {
+                best.take((from, to), index * LANES as u32 + lane as u32, block.id(lane));
+            } else {
+                *best = self.offer_exactly(index, candidate, query.line, *best);
+            }
+        }
+    }
+
+    /// Offers what the bounds do not decide about. What is so rare is best kept out of the registers of the rest.
+    #[inline(never)]
+    fn offer_exactly(&self, index: u32, candidate: Candidate, line: Line, mut best: Best) -> Best {
+        let block = &self.blocks[index as usize];
+        let t = block.meeting(candidate, line);
+        if t > 0.0 {
+            self.settle(line, &mut best);
+            best.offer(t, index * LANES as u32 + candidate.lane as u32, block.id(candidate.lane));
+        }
+        best
+    }
+
+    /// Finds the parameter of the nearest hit, where it has not been needed so far.
+    #[inline]
+    pub(super) fn settle(&self, line: Line, best: &mut Best) {
+        if best.t.is_nan() {
+            best.t = self.blocks[best.slot as usize / LANES].parameter(best.slot as usize % LANES, line);
+        }
+    }
+
+    #[inline(never)]
+    fn offer_analytic(&self, index: u32, line: Line, mut best: Best) -> Best {
+        let [origin, direction] = line.exact();
+        let [first, second] =
+            self.analytic[index as usize].meetings(origin, direction, direction.length_squared().recip());
+        // Written so that the second counts where the first is NaN.
+        let t = if first > 0.0 { first } else { second };
+        if t > 0.0 {
+            self.settle(line, &mut best);
+            best.offer(t, ANALYTIC | index, ANALYTIC | index);
+        }
+        best
+    }
+
+    /// Whether anything is met before `t_max`: boxes in any order.
+    #[inline(always)]
+    pub(super) fn any_with<L: Lanes>(&self, proof: L::Proof, query: &Query, t_max: f64) -> bool {
+        if self.nodes.is_empty() {
+            for index in 0..self.blocks.len() as u32 {
+                if self.meets_block::<L>(proof, index, query, t_max) {
                     return true;
                 }
-                continue;
             }
-            let node = &self.nodes[child as usize];
-            let (_, mut mask) = slabs.enter(node, limit);
-            while mask != 0 {
-                let lane = mask.trailing_zeros() as usize;
-                mask &= mask - 1;
-                stack[top] = node.children[lane % WIDTH];
-                top += 1;
+            for index in 0..self.analytic.len() as u32 {
+                if self.meets_analytic(index, query.line, t_max) {
+                    return true;
+                }
+            }
+            return false;
+        }
+        let slabs = Slabs::<L>::new(proof, query.line.ray);
+        let limit = query.line.ray.t_max * FAR;
+        let mut stack = Stack::new();
+        let mut child: Child = 0;
+        loop {
+            if child & LEAF == 0 {
+                let node = &self.nodes[child as usize];
+                let (_, mut met) = slabs.enter(proof, node, limit);
+                if met != 0 {
+                    child = node.children[take(&mut met)];
+                    while met != 0 {
+                        stack.push(child);
+                        child = node.children[take(&mut met)];
+                    }
+                    continue;
+                }
+            } else if self.meets_leaf::<L>(proof, child, query, t_max) {
+                return true;
+            }
+            match stack.pop() {
+                Some(next) => child = next,
+                None => return false,
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn meets_leaf<L: Lanes>(&self, proof: L::Proof, leaf: Child, query: &Query, t_max: f64) -> bool {
+        if leaf & SINGLE == 0 {
+            self.meets_block::<L>(proof, leaf & !LEAF, query, t_max)
+        } else if leaf & INSTANCE == 0 {
+            self.meets_analytic(leaf & NUMBER, query.line, t_max)
+        } else {
+            self.meets_instance(leaf & NUMBER, query.line.ray, t_max)
+        }
+    }
+
+    #[inline(always)]
+    fn meets_block<L: Lanes>(&self, proof: L::Proof, index: u32, query: &Query, t_max: f64) -> bool {
+        let limit = t_max as f32 * FAR;
+        let block = &self.blocks[index as usize];
+        let mut candidates = block.candidates::<L>(proof, query, limit);
+        if candidates.is_empty() {
+            return false;
+        }
+        if candidates.any_surely(proof, t_max as f32) {
+            return true;
+        }
+        while let Some(candidate) = candidates.take() {
+            let t = block.meeting(candidate, query.line);
+            if t > 0.0 && t < t_max {
+                return true;
             }
         }
         false
+    }
+
+    #[inline(never)]
+    fn meets_analytic(&self, index: u32, line: Line, t_max: f64) -> bool {
+        let [origin, direction] = line.exact();
+        let [first, second] =
+            self.analytic[index as usize].meetings(origin, direction, direction.length_squared().recip());
+        (first > 0.0 && first < t_max) || (second > 0.0 && second < t_max)
+    }
+
+    /// Visits the leaves whose boxes the ray meets, in any order.
+    pub(super) fn leaves_met(&self, query: &Query, mut visit: impl FnMut(Child)) {
+        let slabs = Slabs::<Portable>::new((), query.line.ray);
+        let mut stack = vec![0 as Child];
+        while let Some(child) = stack.pop() {
+            if child & LEAF != 0 {
+                visit(child);
+                continue;
+            }
+            let node = &self.nodes[child as usize];
+            let (_, mut mask) = slabs.enter((), node, query.line.ray.t_max * FAR);
+            while mask != 0 {
+                stack.push(node.children[take(&mut mask)]);
+            }
+        }
     }
 }

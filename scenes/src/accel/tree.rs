@@ -1,13 +1,14 @@
-//! A tree with four children a node, collapsed from the binary tree that `obvhs` builds.
+//! A tree with eight children a node, made from binary trees that `obvhs` builds.
 
-use super::block::{Block, PAIRS};
+use super::collapse::Collapse;
+use super::lanes::WIDTH;
 use super::pairing::{Couple, Pair, pair_up};
 use super::parting::{Items, cut};
 use super::{Accel, Instance};
 use crate::progress::{self, Activity};
 use crate::ray::UNIT_ROUNDOFF;
 use crate::shape::Triangle;
-use glam::{Vec3A, Vec4};
+use glam::Vec3A;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -28,20 +29,18 @@ pub(super) const INSTANCE: Child = 1 << 29;
 /// What is left of a child is a number below this.
 pub(super) const NUMBER: Child = INSTANCE - 1;
 
-/// The boxes of up to four children, side by side: `planes[axis][0]` below, `planes[axis][1]` above.
-/// The box of a child that isn't there is turned inside out, so that no ray meets it.
+/// The boxes of up to eight children, side by side: `planes[axis][0]` below, `planes[axis][1]` above.
+/// The box of a child that isn't there is NaN, so that no ray meets it.
 #[derive(Clone, Debug)]
+#[repr(align(64))]
 pub(super) struct Node {
-    pub planes: [[Vec4; 2]; 3],
+    pub planes: [[[f32; WIDTH]; 2]; 3],
     pub children: [Child; WIDTH],
 }
 
-/// Number of children of a node.
-pub(super) const WIDTH: usize = 4;
-
 /// Below this many levels what is left is cut into equal parts: a tree over surfaces that lie in one place can be a chain.
-const SHAPED_LEVELS: usize = 48;
-/// No tree has more levels: those cut into equal parts hold four times as many primitives each.
+pub(super) const SHAPED_LEVELS: usize = 48;
+/// No tree has more levels: those cut into equal parts hold eight times as many primitives each.
 pub(super) const DEEPEST: usize = SHAPED_LEVELS + 16;
 
 /// Up to this many triangles and other surfaces are put in the tree at once.
@@ -71,13 +70,13 @@ pub(super) fn build_in_parts(triangles: &[Triangle], accel: Accel, eye: Vec3, mo
 }
 
 /// The tree as far as it has been built.
-struct Tree<'a> {
+pub(super) struct Tree<'a> {
     items: &'a Items<'a>,
     most: usize,
     padding: Vec3A,
     /// How many items are in it.
     done: usize,
-    accel: Accel,
+    pub accel: Accel,
 }
 
 impl Tree<'_> {
@@ -89,18 +88,24 @@ impl Tree<'_> {
         self.report();
         self.accel.depth = self.accel.depth.max(depth);
         let wide = self.new_node();
-        let middle = cut(self.items, list);
-        let (low, high) = list.split_at_mut(middle);
-        let (at_low, at_high) = (cut(self.items, low), cut(self.items, high));
-        let (first, second) = low.split_at_mut(at_low);
-        let (third, fourth) = high.split_at_mut(at_high);
         let mut bounds = Aabb::INVALID;
-        for (lane, quarter) in [first, second, third, fourth].into_iter().enumerate() {
-            let (child, aabb) = self.grow(quarter, depth + 1);
+        for (lane, eighth) in self.eighths(list).into_iter().enumerate() {
+            let (child, aabb) = self.grow(eighth, depth + 1);
             self.place(wide, lane, child, &aabb);
             bounds = bounds.union(&aabb);
         }
         (wide as Child, bounds)
+    }
+
+    /// A list cut in two, three times over.
+    fn eighths<'l>(&self, list: &'l mut [u32]) -> Vec<&'l mut [u32]> {
+        (0..WIDTH.ilog2()).fold(vec![list], |parts, _| {
+            let halves = |part: &'l mut [u32]| {
+                let middle = cut(self.items, part);
+                <[_; 2]>::from(part.split_at_mut(middle))
+            };
+            parts.into_iter().flat_map(halves).collect()
+        })
     }
 
     fn grow_part(&mut self, list: &[u32], depth: usize) -> (Child, Aabb) {
@@ -112,28 +117,22 @@ impl Tree<'_> {
             false => build_binary(&groups.iter().map(|group| part.boxes[group[0] as usize]).collect::<Vec<_>>()),
         };
         let bounds = *binary.nodes[0].aabb();
-        let sizes = vec![0; binary.nodes.len()];
-        let mut collapse = Collapse { binary: &binary, groups: &groups, part: &part, sizes, tree: self };
-        collapse.measure(0);
-        let wide = collapse.tree.new_node();
-        // A tree of one leaf gets a root with one child.
-        let opened = if binary.nodes[0].is_leaf() || collapse.leaf(0) { vec![0] } else { collapse.open(0) };
-        collapse.fill(wide, &opened, depth);
+        let wide = Collapse::new(&binary, &groups, &part, self).run(depth);
         self.done += list.len();
         self.report();
-        (wide as Child, bounds)
+        (wide, bounds)
     }
 
     fn report(&self) {
         progress::report(Activity::Building, self.done as f64 / self.items.len() as f64);
     }
 
-    fn new_node(&mut self) -> usize {
+    pub fn new_node(&mut self) -> usize {
         self.accel.nodes.push(Node::empty());
         self.accel.nodes.len() - 1
     }
 
-    fn place(&mut self, wide: usize, lane: usize, child: Child, aabb: &Aabb) {
+    pub fn place(&mut self, wide: usize, lane: usize, child: Child, aabb: &Aabb) {
         let (low, high) = (aabb.min - self.padding, aabb.max + self.padding);
         let node = &mut self.accel.nodes[wide];
         node.children[lane] = child;
@@ -145,12 +144,12 @@ impl Tree<'_> {
 }
 
 /// What is built together: couples of triangles, and behind them other surfaces.
-struct Part<'a> {
-    items: &'a Items<'a>,
-    couples: Vec<Couple>,
+pub(super) struct Part<'a> {
+    pub items: &'a Items<'a>,
+    pub couples: Vec<Couple>,
     /// The numbers of the others among those of all.
-    singles: Vec<u32>,
-    boxes: Vec<Aabb>,
+    pub singles: Vec<u32>,
+    pub boxes: Vec<Aabb>,
 }
 
 impl<'a> Part<'a> {
@@ -171,7 +170,7 @@ impl<'a> Part<'a> {
 }
 
 /// Primitives with the very same box, together: the builder would need quadratic time for many of them.
-struct Groups {
+pub(super) struct Groups {
     order: Vec<u32>,
     /// Where each group begins, and the end.
     starts: Vec<u32>,
@@ -198,7 +197,7 @@ impl Groups {
         self.starts.len() - 1
     }
 
-    fn get(&self, group: u32) -> &[u32] {
+    pub fn get(&self, group: u32) -> &[u32] {
         &self.order[self.starts[group as usize] as usize..self.starts[group as usize + 1] as usize]
     }
 
@@ -245,140 +244,6 @@ fn singles_of(accel: &Accel) -> Vec<Aabb> {
 
 impl Node {
     fn empty() -> Self {
-        let planes = [[Vec4::INFINITY, Vec4::NEG_INFINITY]; 3];
-        Node { planes, children: [LEAF; WIDTH] }
-    }
-}
-
-struct Collapse<'a, 'b, 'c> {
-    binary: &'a Bvh2,
-    groups: &'a Groups,
-    part: &'a Part<'a>,
-    /// Number of pairs under each binary node; more than a block holds if one of them is none.
-    sizes: Vec<u32>,
-    tree: &'b mut Tree<'c>,
-}
-
-impl Collapse<'_, '_, '_> {
-    /// The primitives of a binary leaf.
-    fn primitives(&self, index: usize) -> &[u32] {
-        let node = &self.binary.nodes[index];
-        debug_assert_eq!(node.prim_count, 1);
-        self.groups.get(self.binary.primitive_indices[node.first_index as usize])
-    }
-
-    fn measure(&mut self, root: usize) {
-        // Children are visited after their parents, so their sizes are complete when the order is walked back.
-        let mut order = vec![root];
-        let mut next = 0;
-        while next < order.len() {
-            let node = &self.binary.nodes[order[next]];
-            if !node.is_leaf() {
-                order.extend([node.first_index as usize, node.first_index as usize + 1]);
-            }
-            next += 1;
-        }
-        for &index in order.iter().rev() {
-            let node = &self.binary.nodes[index];
-            self.sizes[index] = if node.is_leaf() {
-                let primitives = self.primitives(index);
-                let single = primitives.iter().any(|&p| p as usize >= self.part.couples.len());
-                if single { PAIRS as u32 + 1 } else { primitives.len() as u32 }
-            } else {
-                let first = node.first_index as usize;
-                self.sizes[first].saturating_add(self.sizes[first + 1])
-            };
-        }
-    }
-
-    /// True if all under a binary node fits in one leaf.
-    fn leaf(&self, index: usize) -> bool {
-        let single = || self.binary.nodes[index].is_leaf() && self.primitives(index).len() == 1;
-        self.sizes[index] as usize <= PAIRS || single()
-    }
-
-    /// The binary nodes that become the children of the wide node for an inner binary node: the largest is opened again
-    /// and again.
-    fn open(&self, index: usize) -> Vec<usize> {
-        let first = self.binary.nodes[index].first_index as usize;
-        let mut opened = vec![first, first + 1];
-        while opened.len() < WIDTH {
-            let area = |i: usize| self.binary.nodes[i].aabb().half_area();
-            let inner = (0..opened.len()).filter(|&i| !self.leaf(opened[i]) && !self.binary.nodes[opened[i]].is_leaf());
-            let Some(largest) = inner.max_by(|&a, &b| area(opened[a]).total_cmp(&area(opened[b]))) else { break };
-            let first = self.binary.nodes[opened[largest]].first_index as usize;
-            opened[largest] = first;
-            opened.push(first + 1);
-        }
-        opened
-    }
-
-    /// Gives a wide node its children, all the way down.
-    fn fill(&mut self, wide: usize, opened: &[usize], depth: usize) {
-        self.tree.accel.depth = self.tree.accel.depth.max(depth);
-        for (lane, &index) in opened.iter().enumerate() {
-            let child = if self.leaf(index) {
-                let primitives = self.gather(index);
-                self.emit_leaf(&primitives)
-            } else if depth >= SHAPED_LEVELS || self.binary.nodes[index].is_leaf() {
-                let primitives = self.gather(index);
-                self.cut_evenly(&primitives, depth + 1)
-            } else {
-                let child = self.tree.new_node();
-                let below = self.open(index);
-                self.fill(child, &below, depth + 1);
-                child as Child
-            };
-            self.tree.place(wide, lane, child, self.binary.nodes[index].aabb());
-        }
-    }
-
-    /// A child over these primitives, which are shared out in the order they come in.
-    fn cut_evenly(&mut self, primitives: &[u32], depth: usize) -> Child {
-        let fits = primitives.len() <= PAIRS && primitives.iter().all(|&p| (p as usize) < self.part.couples.len());
-        if fits || primitives.len() == 1 {
-            return self.emit_leaf(primitives);
-        }
-        self.tree.accel.depth = self.tree.accel.depth.max(depth);
-        let wide = self.tree.new_node();
-        for (lane, part) in primitives.chunks(primitives.len().div_ceil(WIDTH)).enumerate() {
-            let child = self.cut_evenly(part, depth + 1);
-            let aabb = part.iter().fold(Aabb::INVALID, |aabb, &p| aabb.union(&self.part.boxes[p as usize]));
-            self.tree.place(wide, lane, child, &aabb);
-        }
-        wide as Child
-    }
-
-    /// The primitives under a binary node.
-    fn gather(&self, index: usize) -> Vec<u32> {
-        let mut found = Vec::new();
-        let mut pending = vec![index];
-        while let Some(index) = pending.pop() {
-            let node = &self.binary.nodes[index];
-            if node.is_leaf() {
-                found.extend_from_slice(self.primitives(index));
-            } else {
-                pending.extend([node.first_index as usize, node.first_index as usize + 1]);
-            }
-        }
-        found
-    }
-
-    /// Lays down pairs of triangles as a block, or one analytic surface or instance.
-    fn emit_leaf(&mut self, primitives: &[u32]) -> Child {
-        if let [only] = *primitives
-            && only as usize >= self.part.couples.len()
-        {
-            let single = self.part.singles[only as usize - self.part.couples.len()];
-            let analytic = self.tree.accel.analytic.len() as u32;
-            return match single.checked_sub(analytic) {
-                None => LEAF | SINGLE | single,
-                Some(instance) => LEAF | SINGLE | INSTANCE | instance,
-            };
-        }
-        let pair = |&pair: &u32| Pair::of(self.part.couples[pair as usize], self.part.items.triangles);
-        let pairs: Vec<Pair> = primitives.iter().map(pair).collect();
-        self.tree.accel.blocks.push(Block::new(&pairs));
-        LEAF | (self.tree.accel.blocks.len() - 1) as Child
+        Node { planes: [[[f32::NAN; WIDTH]; 2]; 3], children: [LEAF; WIDTH] }
     }
 }

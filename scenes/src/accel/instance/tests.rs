@@ -102,12 +102,16 @@ fn instances_are_met_where_copies_are() {
         let counts = placed.counts();
         assert_eq!(counts.placed_triangles, copied.counts().triangles as u64);
         assert!(counts.triangles <= 300 && counts.instances == count + count / 2, "{counts:?}");
+        let mut portable = placed.clone();
+        portable.set_kernel(Kernel::PORTABLE);
+        let place = |hit: &Option<Interaction>| hit.as_ref().map(|it| (it.t, it.point.p));
         let (mut met, mut differing) = (0, 0);
         const RAYS: usize = 60_000;
         for _ in 0..RAYS {
             let mut ray = Ray::new(random.direction() * 9.0 * random.next_1d(), random.direction());
             let hits = [&placed, &copied].map(|scene| scene.intersect(&ray));
             assert_eq!(placed.occluded(&ray), hits[0].is_some());
+            assert_eq!(place(&portable.intersect(&ray)), place(&hits[0]), "{ray:?}");
             let same = match &hits {
                 [None, None] => true,
                 [Some(a), Some(b)] => alike([&placed, &copied], a, b),
@@ -117,6 +121,7 @@ fn instances_are_met_where_copies_are() {
             differing += usize::from(!same);
             ray.t_max = 3.0 * random.next_1d();
             assert_eq!(placed.occluded(&ray), placed.intersect(&ray).is_some(), "{ray:?}");
+            assert_eq!(placed.occluded(&ray), portable.occluded(&ray), "{ray:?}");
         }
         // Only rays past an edge may differ, where rounding decides.
         assert!(met > RAYS / 5 && differing <= RAYS / 5000, "{met} met, {differing} differ");

@@ -1,0 +1,105 @@
+//! `neumann bench leaks`: rays at edges and vertices of closed meshes from within, of which none may get out.
+
+use super::meshes::bumpy_ball;
+use crate::cli::print;
+use crate::error::{Error, Status};
+use glam::{DVec3, dvec3};
+use rayon::prelude::*;
+use sampling::bsdf::Lambert;
+use sampling::math::Spectrum;
+use sampling::rng::{Stream, mix2};
+use sampling::{Vec3, vec2, warp};
+use scenes::{CameraSettings, Kernel, Ray, Scene, SceneBuilder, SceneError, Skip};
+
+/// Rows of the meshes: a list without a tree, a small tree, and a large one.
+const MESHES: [usize; 3] = [5, 24, 120];
+/// Where the meshes are: around the origin, and away from it, where coordinates are rounded more.
+const OFFSETS: [DVec3; 2] = [DVec3::ZERO, dvec3(100.0, 200.0, -50.0)];
+/// Rays with random numbers of their own.
+const CHUNK: u64 = 1 << 16;
+
+/// A closed mesh around its middle.
+struct Closed {
+    scene: Scene,
+    middle: Vec3,
+    corners: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+/// Shoots at least so many rays with every kernel, and says how many got out.
+pub(super) fn leaks(rays: u64, seed: u64) -> Result<Status, Error> {
+    let chunks = rays.div_ceil(CHUNK * (MESHES.len() * OFFSETS.len()) as u64).max(1);
+    let mut text = String::new();
+    let mut leaked = 0;
+    for kernel in Kernel::available() {
+        let (mut shot, mut out) = (0, 0);
+        for (index, (n, offset)) in MESHES.iter().flat_map(|n| OFFSETS.map(|offset| (*n, offset))).enumerate() {
+            let mut closed = Closed::new(n, offset)?;
+            closed.scene.set_kernel(kernel);
+            let seed = mix2(seed, index as u64);
+            out += (0..chunks).into_par_iter().map(|chunk| closed.escapes(Stream::new(seed, chunk))).sum::<u64>();
+            shot += chunks * CHUNK;
+        }
+        text += &format!("{kernel}: {out} of {shot} rays got out\n");
+        leaked += out;
+    }
+    print(&text)?;
+    Ok(if leaked == 0 { Status::Done } else { Status::Failed })
+}
+
+impl Closed {
+    fn new(n: usize, offset: DVec3) -> Result<Self, SceneError> {
+        let mut mesh = bumpy_ball(n);
+        mesh.positions.iter_mut().for_each(|p| *p += offset);
+        let corners = mesh.positions.iter().map(|p| p.as_vec3()).collect();
+        let triangles = mesh.triangles.clone();
+        let mut builder = SceneBuilder::new("closed");
+        let grey = builder.material(Lambert { albedo: Spectrum::splat(0.5) });
+        // A speck keeps the scene from being recentred.
+        builder.sphere(DVec3::ZERO, 1e-3, grey);
+        builder.mesh(mesh, grey);
+        builder.camera(CameraSettings::pinhole(offset, offset + DVec3::X, 40.0, (16, 16)));
+        Ok(Closed { scene: builder.build(Skip::Unneeded)?, middle: offset.as_vec3(), corners, triangles })
+    }
+
+    /// How many of a chunk of rays meet nothing, by either question.
+    fn escapes(&self, mut stream: Stream) -> u64 {
+        let mut out = 0;
+        for _ in 0..CHUNK {
+            let ray = self.ray(&mut stream);
+            out += u64::from(self.scene.intersect(&ray).is_none() || !self.scene.occluded(&ray));
+        }
+        out
+    }
+
+    /// A ray from within at a vertex or a point of an edge; of some the origin is exactly above it.
+    fn ray(&self, stream: &mut Stream) -> Ray {
+        let mut next = || stream.next_f32();
+        let triangle = self.triangles[(next() * self.triangles.len() as f32) as usize];
+        let [a, b] = [triangle[0], triangle[1]].map(|v| self.corners[v as usize]);
+        let share = [0.0, 0.5, next()][(next() * 3.0) as usize];
+        let target = a + (b - a) * share;
+        let within = warp::uniform_sphere(vec2(next(), next())) * 0.4 * next();
+        let mut o = self.middle + within;
+        let axis = (next() * 3.0) as usize;
+        let mut above = o;
+        above[axis] = target[axis];
+        if next() < 0.3 && (above - self.middle).length() < 0.5 {
+            o = above;
+        }
+        Ray::new(o, (target - o).normalize_or_zero())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_ray_gets_out_and_from_outside_some_do() {
+        let mut closed = Closed::new(5, DVec3::ZERO).unwrap();
+        assert_eq!(closed.escapes(Stream::new(1, 1)), 0);
+        closed.middle = Vec3::splat(3.0);
+        assert!(closed.escapes(Stream::new(1, 1)) > 0);
+    }
+}

@@ -1,0 +1,235 @@
+//! The only unsafe code of the project: memory that need not be cleared for every ray, and eight numbers in one AVX2 register.
+
+use super::lanes::WIDTH;
+use super::tree::DEEPEST;
+use std::mem::MaybeUninit;
+
+/// Room for the deepest tree: at each level all children but the one that is visited.
+const ROOM: usize = (WIDTH - 1) * DEEPEST + 1;
+
+/// Entries of which the last is taken first. Those below `count` have been written.
+pub(super) struct Stack<T> {
+    entries: [MaybeUninit<T>; ROOM],
+    count: usize,
+}
+
+impl<T: Copy + PartialOrd> Stack<T> {
+    #[inline(always)]
+    pub fn new() -> Self {
+        Stack { entries: [const { MaybeUninit::uninit() }; ROOM], count: 0 }
+    }
+
+    #[inline(always)]
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    #[inline(always)]
+    pub fn push(&mut self, entry: T) {
+        self.entries[self.count].write(entry);
+        self.count += 1;
+    }
+
+    #[inline(always)]
+    pub fn pop(&mut self) -> Option<T> {
+        self.count = self.count.checked_sub(1)?;
+        Some(self.get(self.count))
+    }
+
+    /// Adds an entry where it belongs among those from `start` on, of which each is at least the next one.
+    #[inline(always)]
+    pub fn insert(&mut self, start: usize, entry: T) {
+        self.push(entry);
+        let mut place = self.count - 1;
+        while place > start && self.get(place - 1) < entry {
+            self.entries.swap(place, place - 1);
+            place -= 1;
+        }
+    }
+
+    #[inline(always)]
+    fn get(&self, place: usize) -> T {
+        debug_assert!(place <= self.count);
+        // SAFETY: entries are only looked at below `count`, or by `pop` right below what it was, and all of these have been written: by
+        // `push`, or by `insert`, which only exchanges those that have been.
+        unsafe { self.entries[place].assume_init() }
+    }
+}
+
+/// Eight numbers in one AVX2 register.
+///
+/// What makes it sound is [`Avx2`](eight::Avx2): there is a value of it only where the processor has been asked, and all eight numbers
+/// come of one. The feature FMA is not enabled, so that no product and sum are ever fused.
+#[cfg(target_arch = "x86_64")]
+pub(super) mod eight {
+    use super::super::lanes::{Lanes, WIDTH};
+    use super::super::query::Query;
+    use super::super::{Accel, Best, Hit};
+    use crate::ray::Ray;
+    use std::arch::x86_64::*;
+    use std::ops::{Add, Div, Mul, Sub};
+
+    /// Says that the processor has AVX2, and BMI1, which all with AVX2 have so far.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct Avx2(());
+
+    impl Avx2 {
+        /// Asks the processor.
+        pub fn detect() -> Option<Self> {
+            (is_x86_feature_detected!("avx2") && is_x86_feature_detected!("bmi1")).then_some(Avx2(()))
+        }
+
+        /// [`Accel::closest_hit`], compiled for AVX2.
+        #[inline]
+        pub fn closest(self, accel: &Accel, ray: &Ray) -> Option<Hit> {
+            // SAFETY: there is an `Avx2`, so the processor has what the function is compiled for.
+            unsafe { closest(self, accel, ray) }
+        }
+
+        /// Whether any surface is on the ray's interval, compiled for AVX2.
+        #[inline]
+        pub fn any(self, accel: &Accel, ray: &Ray) -> bool {
+            // SAFETY: as above.
+            unsafe { any(self, accel, ray) }
+        }
+
+        /// [`Accel::closest_with`], compiled for AVX2.
+        pub fn search(self, accel: &Accel, query: &Query, best: &mut Best) {
+            // SAFETY: as above.
+            unsafe { search(self, accel, query, best) }
+        }
+
+        /// [`Accel::any_with`], compiled for AVX2.
+        pub fn meets(self, accel: &Accel, query: &Query, t_max: f64) -> bool {
+            // SAFETY: as above.
+            unsafe { meets(self, accel, query, t_max) }
+        }
+    }
+
+    #[target_feature(enable = "avx2,bmi1")]
+    fn closest(proof: Avx2, accel: &Accel, ray: &Ray) -> Option<Hit> {
+        accel.closest_hit::<Eight>(proof, ray)
+    }
+
+    #[target_feature(enable = "avx2,bmi1")]
+    fn any(proof: Avx2, accel: &Accel, ray: &Ray) -> bool {
+        accel.any_with::<Eight>(proof, &Query::new(ray), f64::from(ray.t_max))
+    }
+
+    #[target_feature(enable = "avx2,bmi1")]
+    fn search(proof: Avx2, accel: &Accel, query: &Query, best: &mut Best) {
+        accel.closest_with::<Eight>(proof, query, best);
+    }
+
+    #[target_feature(enable = "avx2,bmi1")]
+    fn meets(proof: Avx2, accel: &Accel, query: &Query, t_max: f64) -> bool {
+        accel.any_with::<Eight>(proof, query, t_max)
+    }
+
+    /// Eight numbers in a register. There are none without an [`Avx2`], since only functions that are given one, or other numbers, make them.
+    #[derive(Clone, Copy)]
+    pub struct Eight(__m256);
+
+    impl Add for Eight {
+        type Output = Self;
+
+        #[inline(always)]
+        fn add(self, other: Self) -> Self {
+            // SAFETY: where there are numbers, there is AVX2.
+            Eight(unsafe { _mm256_add_ps(self.0, other.0) })
+        }
+    }
+
+    impl Sub for Eight {
+        type Output = Self;
+
+        #[inline(always)]
+        fn sub(self, other: Self) -> Self {
+            // SAFETY: where there are numbers, there is AVX2.
+            Eight(unsafe { _mm256_sub_ps(self.0, other.0) })
+        }
+    }
+
+    impl Mul for Eight {
+        type Output = Self;
+
+        #[inline(always)]
+        fn mul(self, other: Self) -> Self {
+            // SAFETY: where there are numbers, there is AVX2.
+            Eight(unsafe { _mm256_mul_ps(self.0, other.0) })
+        }
+    }
+
+    impl Div for Eight {
+        type Output = Self;
+
+        #[inline(always)]
+        fn div(self, other: Self) -> Self {
+            // SAFETY: where there are numbers, there is AVX2.
+            Eight(unsafe { _mm256_div_ps(self.0, other.0) })
+        }
+    }
+
+    impl Lanes for Eight {
+        type Proof = Avx2;
+
+        #[inline(always)]
+        fn splat(_: Avx2, x: f32) -> Self {
+            // SAFETY: there is an `Avx2`.
+            Eight(unsafe { _mm256_set1_ps(x) })
+        }
+
+        #[inline(always)]
+        fn load(_: Avx2, from: &[f32; WIDTH]) -> Self {
+            // SAFETY: there is an `Avx2`; the reference is to eight numbers, which need not be aligned.
+            Eight(unsafe { _mm256_loadu_ps(from.as_ptr()) })
+        }
+
+        #[inline(always)]
+        fn load_twice(_: Avx2, from: &[f32; WIDTH / 2]) -> Self {
+            // SAFETY: there is an `Avx2`; the reference is to four numbers, which need not be aligned.
+            Eight(unsafe {
+                let four = _mm_loadu_ps(from.as_ptr());
+                _mm256_set_m128(four, four)
+            })
+        }
+
+        #[inline(always)]
+        fn to_array(self) -> [f32; WIDTH] {
+            let mut numbers = [0.0; WIDTH];
+            // SAFETY: where there are numbers, there is AVX2; there is room for eight, which need not be aligned.
+            unsafe { _mm256_storeu_ps(numbers.as_mut_ptr(), self.0) };
+            numbers
+        }
+
+        #[inline(always)]
+        fn min(self, other: Self) -> Self {
+            // SAFETY: where there are numbers, there is AVX2.
+            Eight(unsafe { _mm256_min_ps(self.0, other.0) })
+        }
+
+        #[inline(always)]
+        fn max(self, other: Self) -> Self {
+            // SAFETY: where there are numbers, there is AVX2.
+            Eight(unsafe { _mm256_max_ps(self.0, other.0) })
+        }
+
+        #[inline(always)]
+        fn abs(self) -> Self {
+            // SAFETY: where there are numbers, there is AVX2.
+            Eight(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
+        }
+
+        #[inline(always)]
+        fn at_most(self, other: Self) -> u32 {
+            // SAFETY: where there are numbers, there is AVX2.
+            unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0)) as u32 }
+        }
+
+        #[inline(always)]
+        fn equal_to(self, other: Self) -> u32 {
+            // SAFETY: where there are numbers, there is AVX2.
+            unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_EQ_OQ>(self.0, other.0)) as u32 }
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! Eight numbers side by side: what the kernels are written in, once for all processors.
+
+use glam::Vec4;
+use std::ops::{Add, Div, Mul, Sub};
+
+/// How many numbers there are.
+pub(super) const WIDTH: usize = 8;
+
+/// Eight numbers, and what is done to all of them at once. Every operation is rounded by itself, so that all kinds give the same bits.
+pub(super) trait Lanes:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+    /// Says that this machine can do it.
+    type Proof: Copy;
+
+    /// The same number in all lanes.
+    fn splat(proof: Self::Proof, x: f32) -> Self;
+
+    /// Eight numbers.
+    fn load(proof: Self::Proof, from: &[f32; WIDTH]) -> Self;
+
+    /// Four numbers, twice.
+    fn load_twice(proof: Self::Proof, from: &[f32; WIDTH / 2]) -> Self;
+
+    /// The numbers.
+    fn to_array(self) -> [f32; WIDTH];
+
+    /// The lesser of two, lane by lane; the second if either is NaN or they are equal.
+    fn min(self, other: Self) -> Self;
+
+    /// The greater of two, lane by lane; the second if either is NaN or they are equal.
+    fn max(self, other: Self) -> Self;
+
+    /// The magnitudes.
+    fn abs(self) -> Self;
+
+    /// The lanes that are at most those of another, as bits.
+    fn at_most(self, other: Self) -> u32;
+
+    /// The lanes that are equal to those of another, as bits.
+    fn equal_to(self, other: Self) -> u32;
+}
+
+/// Eight numbers in two vectors of four, for any processor.
+#[derive(Clone, Copy)]
+pub(super) struct Portable(Vec4, Vec4);
+
+impl Add for Portable {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Portable(self.0 + other.0, self.1 + other.1)
+    }
+}
+
+impl Sub for Portable {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Portable(self.0 - other.0, self.1 - other.1)
+    }
+}
+
+impl Mul for Portable {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Portable(self.0 * other.0, self.1 * other.1)
+    }
+}
+
+impl Div for Portable {
+    type Output = Self;
+
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        Portable(self.0 / other.0, self.1 / other.1)
+    }
+}
+
+impl Lanes for Portable {
+    type Proof = ();
+
+    #[inline(always)]
+    fn splat(_: (), x: f32) -> Self {
+        Portable(Vec4::splat(x), Vec4::splat(x))
+    }
+
+    #[inline(always)]
+    fn load(_: (), from: &[f32; WIDTH]) -> Self {
+        let [a, b, c, d, e, f, g, h] = *from;
+        Portable(Vec4::new(a, b, c, d), Vec4::new(e, f, g, h))
+    }
+
+    #[inline(always)]
+    fn load_twice(_: (), from: &[f32; WIDTH / 2]) -> Self {
+        let four = Vec4::from_array(*from);
+        Portable(four, four)
+    }
+
+    #[inline(always)]
+    fn to_array(self) -> [f32; WIDTH] {
+        let ([a, b, c, d], [e, f, g, h]) = (self.0.to_array(), self.1.to_array());
+        [a, b, c, d, e, f, g, h]
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Portable(self.0.min(other.0), self.1.min(other.1))
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Portable(self.0.max(other.0), self.1.max(other.1))
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Portable(self.0.abs(), self.1.abs())
+    }
+
+    #[inline(always)]
+    fn at_most(self, other: Self) -> u32 {
+        self.0.cmple(other.0).bitmask() | self.1.cmple(other.1).bitmask() << 4
+    }
+
+    #[inline(always)]
+    fn equal_to(self, other: Self) -> u32 {
+        self.0.cmpeq(other.0).bitmask() | self.1.cmpeq(other.1).bitmask() << 4
+    }
+}
