@@ -14,7 +14,7 @@
 //!
 //! Where vertices are merged as well, vertex `i` of a path may be one at which both walks ended, near one another. With `η = N π r²`,
 //! the number of light subpaths times the area that is near, that happens with density `η · light[i] · p_i = η · camera[i] · p_{i+1}`
-//! [Georgiev12, (6), (11)]: it stands between strategies `i` and `i + 1`, and is summed up there.
+//! \[Georgiev12\]: it stands between strategies `i` and `i + 1`, and is summed up there.
 
 use crate::vertex::{PathVertex, Site, density_across, density_at};
 use crate::walk::WalkRules;

@@ -6,7 +6,7 @@
 //! have the same bits for any number of threads.
 //!
 //! The radius falls from iteration to iteration, `r_i = r_1 i^((α−1)/2)`, slowly enough for the variance to vanish and fast enough for
-//! the bias to \[Knaus11; Georgiev12, section 5\].
+//! the bias to \[Knaus11; Georgiev12\].
 
 use crate::bdpt::{Bdpt, trace_light};
 use crate::connect::{LightEnd, Strategies};

@@ -5,8 +5,9 @@
 //! [`connect`](crate::connect). Merging finds what no connection can: paths on which every other vertex is a mirror's or glass's.
 //!
 //! A replicate of n samples per pixel is n iterations, whose radius falls. Merged vertices are two and counted as one, which is a
-//! bias; in one iteration it is O(r²), in the mean of n iterations O(n^(α−1)) [Georgiev12, section 5]. So images of few samples are
-//! biased, and more samples per replicate, not more replicates, are what makes the bias vanish.
+//! bias: in one iteration O(r²) where surfaces are smooth, so that in the mean of n iterations it is O(n^(α−1)) \[Georgiev12\]; within
+//! the radius of an edge or a shadow's it is of the order of what is seen, so that an image mean has O(r), and O(n^((α−1)/2)). So
+//! images of few samples are biased, and more samples per replicate, not more replicates, are what makes the bias vanish.
 //!
 //! Of the light subpaths photons alone are kept. The subpath whose vertices a sample connects is traced again when its turn has come:
 //! it has the same random numbers, and its vertices take ten times a photon's memory.

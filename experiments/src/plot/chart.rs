@@ -226,7 +226,18 @@ impl<'a> Plot<'a> {
                 let upper = run.iter().map(|p| edge(p, p.interval.map_or(p.y, |i| finite_or(i.1, p.y))));
                 let lower = run.iter().rev().map(|p| edge(p, p.interval.map_or(p.y, |i| finite_or(i.0, p.y))));
                 let band = coordinates(upper.chain(lower));
-                m.leaf("polygon", &[("points", &band), ("fill", &colour), ("opacity", &0.18)]);
+                // The band of a point that stands alone has no width: it is an upright line.
+                let stroke = if run.len() == 1 { 5 } else { 0 };
+                m.leaf(
+                    "polygon",
+                    &[
+                        ("points", &band),
+                        ("fill", &colour),
+                        ("stroke", &colour),
+                        ("stroke-width", &stroke),
+                        ("opacity", &0.18),
+                    ],
+                );
             }
             if series.fit.is_none() {
                 let points = coordinates(run.iter().map(place));

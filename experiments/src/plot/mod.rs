@@ -86,7 +86,7 @@ pub fn times(scene: &str, methods: &[&MethodResult], numbers: &Numbers, targets:
         Figure {
             file: format!("{scene}_time_to_error_{}", target.to_string().replace('.', "_")),
             chart: Chart {
-                title: format!("Time to a relative error² of {target}"),
+                title: format!("Time to a relMSE of {target}"),
                 horizontal: Horizontal::Terms { names: numbers.columns.iter().map(|&c| symbol(c)).collect(), joined },
                 vertical: "seconds, with 95 % interval".to_owned(),
                 series: series.collect(),

@@ -85,10 +85,14 @@ fn facts(result: &ExperimentResult) -> String {
         facts.push(format!("{} × {} pixels", m.width, m.height));
         facts.push(format!("orders 0 to {}", m.max_order));
     }
-    let budgets: Vec<u64> = result.methods.iter().map(|m| m.measurement.samples()).collect();
-    let replicates = result.methods.first().map_or(0, |first| first.measurement.replicates);
-    if let (Some(least), Some(most)) = (budgets.iter().min(), budgets.iter().max()) {
-        let samples = if least == most { least.to_string() } else { format!("{least} to {most}") };
+    let range = |number: &dyn Fn(&MethodResult) -> u64| {
+        let numbers = || result.methods.iter().map(number);
+        let (least, most) = (numbers().min()?, numbers().max()?);
+        Some(if least == most { least.to_string() } else { format!("{least} to {most}") })
+    };
+    let samples = range(&|m| m.measurement.samples());
+    let replicates = range(&|m| u64::from(m.measurement.replicates));
+    if let (Some(samples), Some(replicates)) = (samples, replicates) {
         facts.push(format!("{samples} samples per pixel in {replicates} replicates"));
     }
     facts.push(format!("{:.0} s on {} threads", manifest.seconds, manifest.machine.threads));

@@ -79,11 +79,10 @@ impl Covariances {
     /// The same for the layers' sum: all entries of the matrix.
     pub fn squares_of_sum(&self) -> Vec<f64> {
         let mut sum = vec![0.0; self.count.saturating_sub(1)];
-        let mut pair = 0;
-        for (i, j) in (0..self.layers).flat_map(|i| (0..=i).map(move |j| (i, j))) {
+        let pairs = (0..self.layers).flat_map(|i| (0..=i).map(move |j| (i, j)));
+        for ((i, j), products) in pairs.zip(&self.products) {
             let times = if i == j { 1.0 } else { 2.0 };
-            sum.iter_mut().zip(&self.products[pair]).for_each(|(sum, x)| *sum += times * x);
-            pair += 1;
+            sum.iter_mut().zip(products).for_each(|(sum, x)| *sum += times * x);
         }
         sum
     }
