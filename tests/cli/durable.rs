@@ -213,7 +213,8 @@ fn a_disk_without_room_costs_nothing_that_was_there() {
     let results_before = results(&full);
     // There is for the states, but not for all results.
     let largest = files(&full).iter().filter(|(name, _)| name.ends_with(".state")).map(|f| f.1).max().unwrap();
-    failed(largest as u32 / 1024 + 1, ["full", "File too large", "all that was rendered is kept"]);
+    // (A state of three replicates more is longer by some hundred bytes.)
+    failed(largest as u32 / 1024 + 2, ["full", "File too large", "all that was rendered is kept"]);
     assert!(results(&full) == results_before);
     succeed(folder.path(), &more);
     assert!(outcome(&full) == outcome(&whole));

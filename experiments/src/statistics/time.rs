@@ -7,7 +7,7 @@
 //!
 //! `V T` has the interval of a product of means ([`super::positive`]), `B` that of [`super::bias`]. The lower end takes both lower ends,
 //! and 0 for one of B below it, since no bias² is negative; the upper end takes both upper ends, and is infinite where B may be ε. The time
-//! lies outside only if one of the two does, so that the interval covers with at least 90 %; as measured, with more than 95 %.
+//! lies outside only if one of the two does, so that the interval covers with at least 90 %; as measured, with 95 % and more.
 
 use super::positive::{self, Stratum, power_product, recursion};
 use super::{Estimate, Interval};
