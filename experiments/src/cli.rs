@@ -1,6 +1,7 @@
 //! The command line: what can be typed, and who answers it.
 
 mod args;
+mod parse;
 
 pub use args::{
     BenchArgs, BenchKind, BsdfArgs, ConvertArgs, DiffArgs, ImageArgs, ListArgs, ListKind, LpeArgs, RelightArgs,

@@ -1,13 +1,13 @@
 //! An experiment made ready: scenes loaded, methods built, and everything checked before any ray is traced.
 
 use crate::budget::{Budget, file_name};
-use crate::config::{Experiment, MethodEntry, Metric, Sizes};
+use crate::config::{Experiment, MethodEntry, Metric, OrderChoice, Sizes};
 use crate::error::Error;
 use crate::machine::require_memory;
 use crate::reference::plan::PlannedReference;
 use crate::settings::{differences, table_to_json};
 use crate::source::Source;
-use integrators::{Integrator, Methods, Orders, PartSettings, Render, RenderError, RenderSettings, render};
+use integrators::{Bias, Integrator, Methods, Orders, PartSettings, Render, RenderError, RenderSettings, render};
 use sampling::sampler::SamplerKind;
 use scenes::{LoadOptions, Scene, Skip};
 
@@ -74,6 +74,7 @@ impl Plan {
         let parts = experiment.parts().map_err(|(key, message)| source.blame(&key, message))?;
         let name = source.name.clone();
         let mut plan = Self { name, experiment, scenes, methods, budget, parts, reference: None, metrics };
+        plan.check_until().map_err(|message| source.blame("until", message))?;
         plan.check_support()?;
         plan.reference = PlannedReference::new(source, &plan.experiment, registry, (&plan.scenes, &plan.methods))?;
         plan.check_memory()?;
@@ -88,6 +89,23 @@ impl Plan {
         let orders = Orders::parse(&list, max_order).unwrap_or_else(|_| Orders::up_to(max_order));
         let tail = self.experiment.tail && *carried.end() == max_order;
         crate::subject::render_settings(method, orders, tail, self.experiment.seed, planned.sampler)
+    }
+
+    /// A target must be one that some method can come near.
+    fn check_until(&self) -> Result<(), String> {
+        let Some(until) = &self.experiment.until else { return Ok(()) };
+        let max_order = self.experiment.max_order;
+        let carried = |order: usize| self.methods.iter().any(|m| m.method.orders(max_order).contains(&order));
+        if let OrderChoice::One(order) = until.order
+            && !carried(order)
+        {
+            return Err(format!("none of the methods carries order {order}; name another, or add a method that does"));
+        }
+        let unbiased = self.methods.iter().filter(|m| m.method.bias() == Bias::None).count();
+        if until.detectable_bias.is_some() && unbiased < 2 {
+            return Err("a bias is told between two methods that have none; add another, or give relative_error".into());
+        }
+        Ok(())
     }
 
     fn check_support(&self) -> Result<(), Error> {

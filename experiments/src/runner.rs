@@ -58,13 +58,13 @@ pub fn run(plan: &mut Plan, states: &mut States, verbosity: Verbosity, stop: &St
     for (scene, (samples, goal)) in samples.iter().zip(&goals).enumerate() {
         let first = outcome.methods.len();
         let truth = runner.reference(plan, scene, &mut outcome.renders)?;
-        if stop.signal().is_some() {
+        if plan.reference.is_some() && stop.signal().is_some() {
             break;
         }
         runner.compare_methods(plan, scene, (samples, goal), truth.as_ref(), &mut outcome)?;
         let truth = truth.map(|truth| SceneTruth { scene: plan.scenes[scene].name.clone(), truth });
         outcome.references.extend(truth);
-        if plan.experiment.marginal_cost {
+        if plan.experiment.marginal_cost && stop.signal().is_none() {
             for result in &mut outcome.methods[first..] {
                 let planned = plan.methods.iter().position(|planned| planned.label == result.label);
                 runner.measure_costs(plan, scene, planned.map_or(1, |i| samples[i]), result)?;
@@ -298,6 +298,7 @@ impl Runner<'_> {
         }
         for replicate in 0.. {
             let wanted = goal.wants(jobs, replicate);
+            check_excess(jobs, &wanted, replicate)?;
             if !wanted.contains(&true) {
                 break;
             }
@@ -322,6 +323,19 @@ impl Runner<'_> {
         }
         jobs.iter_mut().try_for_each(|job| job.save(self.states))
     }
+}
+
+/// Refuses replicates beyond those that a budget asks for, which an earlier run with another one has left.
+fn check_excess(jobs: &[Job], wanted: &[bool], replicates: u32) -> Result<(), Error> {
+    let beyond = |(job, wanted): &(&Job, &bool)| !**wanted && job.replicates() > replicates;
+    let Some((job, _)) = jobs.iter().zip(wanted).find(beyond) else { return Ok(()) };
+    Err(Error::usage(format!(
+        "{} replicates of {} in {} are rendered already, more than the {replicates} that reach the target; ask for more, or discard \
+         them with --fresh",
+        job.replicates(),
+        job.planned.label,
+        job.scene.name
+    )))
 }
 
 /// What a method has measured in a scene, and the times to these errors.

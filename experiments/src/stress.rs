@@ -3,7 +3,7 @@
 //! A scene whose lengths are all 2ᵏ times as large is the same to the bit, by every method and sampler: nothing is rounded
 //! differently. Other sizes and places round otherwise, but the same random numbers give nearly all paths again, so that the means of
 //! differences between replicates have far smaller errors than those means themselves. What differs by more than chance and more than
-//! [`ROUNDING`] is a fault of the program, or detail of the scene that is finer than `f32` resolves.
+//! 10⁻⁵ is a fault of the program, or detail of the scene that is finer than `f32` resolves.
 
 use crate::error::Error;
 use crate::progress::Progress;
@@ -40,7 +40,9 @@ pub struct Stressed {
     pub order: Option<String>,
     /// By how much it differs, relative to its mean; where bits are compared, the share of image means that differ.
     pub difference: f64,
-    /// Whether it is the same, as far as that can be told.
+    /// Non-finite samples of the changed scene.
+    pub invalid: u64,
+    /// Whether it is the same, as far as that can be told, and all of it finite.
     pub holds: bool,
 }
 
@@ -70,7 +72,7 @@ pub struct Amount {
 }
 
 impl Subject<'_> {
-    /// Renders the scene as it is and changed, by all methods.
+    /// Renders the scene as it is and changed, by all methods. Nothing is told if the user asks for an end.
     ///
     /// # Errors
     /// If it cannot be loaded or rendered.
@@ -80,6 +82,9 @@ impl Subject<'_> {
         let scaled = |scale: f64| Similarity { scale, offset: DVec3::ZERO };
         let mut found = Vec::new();
         for exponent in POWERS_OF_TWO {
+            if stop.signal().is_some() {
+                return Ok(Vec::new());
+            }
             let similarity = scaled(f64::from(exponent).exp2());
             self.compare_bits(&home, (format!("2^{exponent} times as large"), similarity), &mut found, progress)?;
         }
@@ -88,6 +93,9 @@ impl Subject<'_> {
         let changes: Vec<(String, Similarity)> = resized.into_iter().chain([moved]).collect();
         let mut means = Vec::new();
         for method in self.methods {
+            if stop.signal().is_some() {
+                return Ok(Vec::new());
+            }
             means.push(self.render(&home, &**method, SamplerKind::default(), self.amount)?);
         }
         let level = sidak_level(RATE, changes.len() * means.iter().map(|m| m.layers.len()).sum::<usize>());
@@ -95,7 +103,7 @@ impl Subject<'_> {
             let scene = self.load(Some(similarity))?;
             for (method, base) in self.methods.iter().zip(&means) {
                 if stop.signal().is_some() {
-                    return Ok(found);
+                    return Ok(Vec::new());
                 }
                 let sampler = SamplerKind::default();
                 let other = progress.during(1.0, |_| self.render(&scene, &**method, sampler, self.amount))?;
@@ -125,12 +133,13 @@ impl Subject<'_> {
     ) -> Result<(), Error> {
         let scene = self.load(Some(&similarity))?;
         for method in self.methods {
-            let (mut all, mut differing) = (0, 0);
+            let (mut all, mut differing, mut invalid) = (0, 0, 0);
             progress.during(1.0, |_| -> Result<(), Error> {
                 for &sampler in SamplerKind::ALL {
                     let [a, b] = [home, &scene].map(|scene| self.render(scene, &**method, sampler, FEW));
-                    let bits = |m: Measurement| m.replicate_means.concat().concat();
-                    let (a, b) = (bits(a?), bits(b?));
+                    let (a, b) = (a?, b?);
+                    invalid += b.invalid.iter().sum::<u64>();
+                    let (a, b) = (a.replicate_means.concat().concat(), b.replicate_means.concat().concat());
                     all += a.len();
                     differing += a.iter().zip(&b).filter(|(a, b)| a.to_bits() != b.to_bits()).count();
                 }
@@ -138,7 +147,8 @@ impl Subject<'_> {
             })?;
             let difference = differing as f64 / all.max(1) as f64;
             let (change, method) = (change.clone(), method.name().to_owned());
-            found.push(Stressed { change, method, order: None, difference, holds: differing == 0 });
+            let holds = differing == 0 && invalid == 0;
+            found.push(Stressed { change, method, order: None, difference, invalid, holds });
         }
         Ok(())
     }
@@ -180,6 +190,7 @@ fn most_different(change: &str, method: &str, base: &Measurement, other: &Measur
         method: method.to_owned(),
         order,
         difference,
+        invalid,
         holds: p >= level && invalid == 0,
     }
 }
@@ -192,7 +203,8 @@ pub fn in_words(found: &[Stressed]) -> String {
             None => format!("{:.1} % of its image means have other bits", 100.0 * row.difference),
             Some(order) => format!("order {order} differs by {:.2e} of its mean", row.difference),
         };
-        text += &format!("  {}, {}: {how}\n", row.change, row.method);
+        let finite = if row.invalid > 0 { format!("; {} samples are not finite", row.invalid) } else { String::new() };
+        text += &format!("  {}, {}: {how}{finite}\n", row.change, row.method);
     }
     if text.is_empty() && !found.is_empty() {
         let most = found.iter().filter(|row| row.order.is_some()).map(|row| row.difference.abs()).fold(0.0, f64::max);

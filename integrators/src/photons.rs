@@ -110,6 +110,8 @@ pub struct Photon {
     pub p: Vec3,
     /// Towards where the light came from.
     pub wo: Vec3,
+    /// |wo·ng|, of its own surface; positive.
+    pub slant: f32,
     /// The subpath's weight: flux \[W\], of all of its iteration's subpaths together.
     pub flux: [f32; 3],
     /// The vertices of the subpath up to this one.
@@ -151,13 +153,13 @@ pub struct Photons {
 impl Photons {
     /// Bytes that the photons of so many subpaths take; their number by the most scatterings that roulette leaves them on average.
     pub fn bytes(subpaths: u64, request: &Request, roulette: SubpathRoulette) -> u64 {
-        // Survival of at most 0.95 makes for 20 scatterings at the most.
+        // Survival of at most 0.95, which walks without a last order have, makes for 20 scatterings at the most.
         let most = match roulette {
-            SubpathRoulette::None => usize::MAX,
-            SubpathRoulette::Local | SubpathRoulette::Throughput => 20,
+            SubpathRoulette::Throughput => 20,
+            SubpathRoulette::None | SubpathRoulette::Local => usize::MAX,
         };
         let each = request.last_order().map_or(20, |last| last.min(most)) as u64;
-        subpaths * each * (2 * size_of::<Photon>() + size_of::<u32>()) as u64
+        subpaths * each * (2 * size_of::<Photon>() + 2 * size_of::<u32>()) as u64
     }
 
     /// Traces the light subpaths of an iteration, and sorts their vertices.
@@ -303,7 +305,9 @@ impl Row {
         let mut bare = endpoint.kind.is_delta();
         for (j, y) in vertices.iter().enumerate().skip(1) {
             let Site::Surface(hit) = &y.site else { return };
-            if hit.is_connectable() {
+            let slant = y.wo.dot(hit.point.ng).abs();
+            // Along the surface nothing arrives.
+            if hit.is_connectable() && slant > 0.0 {
                 let first = shares.len() as u32;
                 if classifier.is_some() {
                     shares.extend_from_slice(scratch.trails.light.at(j));
@@ -311,6 +315,7 @@ impl Row {
                 photons.push(Photon {
                     p: y.at.p,
                     wo: y.wo,
+                    slant,
                     flux: y.beta.to_array(),
                     vertices: u16::try_from(j + 1).unwrap_or(u16::MAX),
                     bare,

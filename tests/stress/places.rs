@@ -25,7 +25,7 @@ const HOME: Place = Place { scale: 1.0, offset: DVec3::ZERO, mirrored: false, br
 impl Place {
     fn map(self) -> DAffine3 {
         let mirror = dvec3(if self.mirrored { -1.0 } else { 1.0 }, 1.0, 1.0);
-        DAffine3 { matrix3: DMat3::from_diagonal(mirror * self.scale).into(), translation: self.offset * self.scale }
+        DAffine3 { matrix3: DMat3::from_diagonal(mirror * self.scale), translation: self.offset * self.scale }
     }
 }
 

@@ -60,10 +60,10 @@ pub fn by_order(scene: &str, methods: &[&MethodResult], numbers: &Numbers) -> Ve
     };
     vec![
         chart("variance", "Variance by order", "variance of one sample, image mean", |row| {
-            row.variance.filter(|_| !row.exact).map(|v| (v, row.intervals.map(|both| both.0)))
+            row.variance.filter(|_| !row.exact).map(|v| (v, row.intervals[0]))
         }),
         chart("efficiency", "Efficiency by order", "1 / (variance of a replicate × its seconds) [1/s]", |row| {
-            row.efficiency.map(|e| (e, row.intervals.map(|both| both.1)))
+            row.efficiency.map(|e| (e, row.intervals[1]))
         }),
     ]
 }

@@ -42,8 +42,8 @@ impl Table {
                     self.add_estimate(Record { quantity, ..row.clone() }, &found);
                 }
             }
-            if metrics.contains(&Metric::Bias2) {
-                self.add(Record { quantity: "bias2_p", value: judged.layers[i].no_bias, ..row.clone() });
+            if let (true, Some(value)) = (metrics.contains(&Metric::Bias2), judged.layers[i].no_bias) {
+                self.add(Record { quantity: "bias2_p", value, ..row.clone() });
             }
             for time in &judged.times[i] {
                 let quantity = format!("time_to_error:{}", time.target);

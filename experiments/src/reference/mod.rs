@@ -1,7 +1,7 @@
 //! References: images by which others are judged, and which are never taken for the truth.
 //!
 //! A reference is pooled from the methods that carry all light of an order: [`mod@plan`] finds out which these are before any ray is traced,
-//! [`pool`] weighs them, [`file`] keeps the result as an image. It consists of two independent halves. The first is what errors are
+//! [`pool`] weighs them, [`mod@file`] keeps the result as an image. It consists of two independent halves. The first is what errors are
 //! taken against; the second stands in the denominators of relative errors, which must not share its noise.
 //!
 //! Every method has one weight for an order and the whole image, the inverse of the variance that a pilot found. Weights per pixel, or from
@@ -52,7 +52,7 @@ struct Images {
     first: Vec<[f64; 3]>,
     /// The second's.
     second: Vec<[f64; 3]>,
-    /// The variance of one half's mean, from both.
+    /// The variance of the first half's mean, from that half.
     variance: Vec<[f64; 3]>,
 }
 

@@ -85,7 +85,8 @@ impl Half {
 }
 
 impl Truth {
-    /// Two halves put together.
+    /// Two halves put together. The variance of the first is its own: it goes with the first half's noise, which it is to take out, and not
+    /// with the second's, which weighs.
     pub fn of_halves(
         experiment: &Experiment,
         size: [usize; 2],
@@ -93,9 +94,7 @@ impl Truth {
         [first, second]: [Half; 2],
         pooled: Vec<Pooled>,
     ) -> Self {
-        let both = first.variance.iter().zip(&second.variance);
-        let variance = both.map(|(a, b)| [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))).collect();
-        let images = Images { first: first.mean, second: second.mean, variance };
+        let images = Images { first: first.mean, second: second.mean, variance: first.variance };
         Self { hash, layers: layers(experiment), size, pooled, images: Arc::new(images) }
     }
 }

@@ -81,12 +81,12 @@ fn biases(methods: &[&MethodResult]) -> Option<Sentence> {
         let carried =
             |layer: Option<Layer>| (layer.is_some() || whole) && carries(&method.missing_light, layer, max_order);
         let own = layers(method).filter(|&(_, layer)| carried(layer));
-        tests.extend(own.map(|(i, layer)| (method, layer, judged.layers[i])));
+        tests.extend(own.filter_map(|(i, layer)| Some((method, layer, judged.layers[i], judged.layers[i].no_bias?))));
     }
-    let adjusted = benjamini_hochberg(&tests.iter().map(|(.., errors)| errors.no_bias).collect::<Vec<_>>());
+    let adjusted = benjamini_hochberg(&tests.iter().map(|(.., p)| *p).collect::<Vec<_>>());
     let found = tests.iter().zip(adjusted).filter(|(_, p)| *p <= DISCOVERY_RATE);
     let named: Vec<String> = found
-        .map(|((method, layer, errors), _)| {
+        .map(|((method, layer, errors, _), _)| {
             let part = percent(errors.bias2.value.max(0.0).sqrt() / errors.mean.value.abs());
             format!("{} at {} ({part} of the mean)", brief(&method.label), symbol(*layer))
         })

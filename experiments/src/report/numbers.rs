@@ -23,7 +23,7 @@ pub struct Row {
     /// nothing but rounding varies, or there is no light.
     pub efficiency: Option<f64>,
     /// 95 % intervals of variance and efficiency, from as many replicates on as they hold for.
-    pub intervals: Option<(Interval, Interval)>,
+    pub intervals: [Option<Interval>; 2],
     /// Whether nothing but rounding varies.
     pub exact: bool,
     /// Whether the method carries all of this layer's light, as far as can be told.
@@ -59,7 +59,7 @@ impl Numbers {
                     carries(&method.missing_light, column, method.measurement.max_order) && method.bias == Bias::None;
                 row.iter_mut().for_each(|row| {
                     row.complete &= carried;
-                    row.intervals = intervals(method, column);
+                    row.intervals = intervals(method, column).unwrap_or_default();
                 });
             }
         }
@@ -78,12 +78,12 @@ impl Numbers {
 }
 
 /// The intervals of the variance of one sample and of the efficiency.
-fn intervals(method: &MethodResult, column: Option<Layer>) -> Option<(Interval, Interval)> {
+fn intervals(method: &MethodResult, column: Option<Layer>) -> Option<[Option<Interval>; 2]> {
     let known = method.intervals.as_ref()?;
     let (i, _) = layers(method).find(|(_, layer)| *layer == column)?;
     let n = f64::from(method.measurement.samples_per_replicate);
-    let (low, high) = known.variance[i].interval?;
-    Some(((low * n, high * n), known.efficiency[i].interval?))
+    let variance = known.variance[i].interval.map(|(low, high)| (low * n, high * n));
+    Some([variance, known.efficiency[i].interval])
 }
 
 fn row(measurement: &Measurement, column: Option<Layer>) -> Option<Row> {
@@ -109,7 +109,7 @@ fn row(measurement: &Measurement, column: Option<Layer>) -> Option<Row> {
         error: standard_error(&means),
         variance: variance.map(|v| v * f64::from(measurement.samples_per_replicate)),
         efficiency: variance.filter(|_| !exact).map(|v| 1.0 / (v * seconds)).filter(|e| e.is_finite()),
-        intervals: None,
+        intervals: [None; 2],
         exact,
         complete: mean != 0.0,
     })

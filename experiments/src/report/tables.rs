@@ -36,14 +36,14 @@ fn mean(m: &mut Markup, row: &Row) {
 
 fn variance(m: &mut Markup, row: &Row) {
     match row.variance {
-        Some(variance) if row.is_lit() => with_interval(m, variance, row.intervals.map(|both| both.0)),
+        Some(variance) if row.is_lit() => with_interval(m, variance, row.intervals[0]),
         _ => m.text("—"),
     }
 }
 
 fn efficiency(m: &mut Markup, row: &Row) {
     match row.efficiency {
-        Some(efficiency) => with_interval(m, efficiency, row.intervals.map(|both| both.1)),
+        Some(efficiency) => with_interval(m, efficiency, row.intervals[1]),
         None if row.exact => m.text("exact"),
         None => m.text("—"),
     }

@@ -22,7 +22,6 @@ pub fn works<'a>(
     samples: u32,
 ) -> Result<Vec<Work<'a>>, Error> {
     let whole = plan.render_settings(planned);
-    let last = whole.orders.iter().last().unwrap_or(0);
     let work = |order: usize| {
         let settings = RenderSettings {
             orders: Orders::up_to(order),
@@ -37,7 +36,7 @@ pub fn works<'a>(
         let (what, judged_by) = (format!("cost_{order}"), String::new());
         Ok(Work { scene: of, planned, settings, request, parts, what, judged_by })
     };
-    whole.orders.iter().filter(|&order| order <= last).map(work).collect()
+    whole.orders.iter().map(work).collect()
 }
 
 impl Runner<'_> {
@@ -54,6 +53,9 @@ impl Runner<'_> {
         let mut jobs = Vec::new();
         for work in works(plan, scene, planned, samples)? {
             jobs.push(Job::open(work, Observations::default(), None, self.states)?);
+        }
+        if self.stop.signal().is_some() {
+            return Ok(());
         }
         self.take_turns(&mut jobs, &Goal::Replicates(REPLICATES))?;
         if jobs.iter().any(|job| job.replicates() < REPLICATES) {

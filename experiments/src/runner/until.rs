@@ -8,7 +8,7 @@ use crate::job::Job;
 use crate::path_class::{carries, missing};
 use crate::result::{SequenceRow, Target};
 use crate::statistics::sequential::ConfidenceSequence;
-use integrators::Layer;
+use integrators::{Bias, Layer};
 use sampling::moments::Moments;
 
 /// How many replicates jobs that take turns get.
@@ -114,11 +114,13 @@ impl Quest {
         orders.into_iter().map(bound).collect()
     }
 
-    /// The relative biases that would be found between all methods that carry the same light.
+    /// The relative biases that would be found between all methods that carry the same light and claim to have none.
     fn biases(&self, jobs: &[Job], replicates: u32, target: f64) -> Vec<Bound> {
         let lost: Vec<Vec<String>> = jobs.iter().map(|job| missing(&*job.planned.method, &job.scene.scene)).collect();
         let mut pairs = Vec::new();
-        for (a, b) in (0..jobs.len()).flat_map(|a| (a + 1..jobs.len()).map(move |b| (a, b))) {
+        let unbiased = |job: usize| jobs[job].planned.method.bias() == Bias::None;
+        let all = (0..jobs.len()).flat_map(|a| (a + 1..jobs.len()).map(move |b| (a, b)));
+        for (a, b) in all.filter(|&(a, b)| unbiased(a) && unbiased(b)) {
             let whole = |order: Option<Layer>| {
                 [a, b].iter().all(|&job| {
                     let has = order.map_or(self.has_all(&jobs[job]), |layer| jobs[job].layers().contains(&layer));
@@ -130,8 +132,9 @@ impl Quest {
         let sequence = shared(pairs.len());
         let bound = |(a, b, order): (usize, usize, Option<Layer>)| {
             let (of_a, of_b) = (values(&jobs[a], order, replicates), values(&jobs[b], order, replicates));
-            let mean = of_a.iter().zip(&of_b).map(|(a, b)| 0.5 * (a + b)).sum::<f64>() / of_a.len() as f64;
             let differences: Moments = of_a.iter().zip(&of_b).map(|(a, b)| a - b).collect();
+            // One of them may have been given more replicates than the other.
+            let mean = of_a.iter().zip(&of_b).map(|(a, b)| 0.5 * (a + b)).sum::<f64>() / differences.n as f64;
             let dark = mean == 0.0 && differences.m2 == 0.0;
             let bound = if dark { 0.0 } else { sequence.detectable_bias(&differences) / mean.abs() };
             let differ = Some(sequence.differ(&differences));

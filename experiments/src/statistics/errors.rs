@@ -134,8 +134,8 @@ pub struct LayerErrors {
     pub mse: Estimate,
     /// The part of it that does not fall with more samples.
     pub bias2: Estimate,
-    /// The p-value of the test that there is none.
-    pub no_bias: f64,
+    /// The p-value of the test that there is none; `None` for too few replicates.
+    pub no_bias: Option<f64>,
     /// Relative mean squared error of one replicate.
     pub relmse: Estimate,
     /// The part of it that does not fall with more samples.

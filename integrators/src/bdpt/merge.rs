@@ -170,11 +170,12 @@ impl<S: Sink> Join<'_, S> {
     }
 }
 
-/// |wi·ns| / |wi·ng|: flux arrives per area of the surface, and scattering goes by the cosine to the shading normal.
+/// |wi·ns| / |wi·ng|: flux arrives per area of the surface, and scattering goes by the cosine to the shading normal. The former is that of the
+/// facet on which the photon lies: by that of the camera's facet, photons of the next one would have a mean without bounds along the edge.
 #[inline]
 fn cosines(hit: &Interaction, photon: &Photon) -> f32 {
     match hit.normals {
         Normals::Flat => 1.0,
-        Normals::Smooth | Normals::Tilted(_) => (photon.wo.dot(hit.ns()) / photon.wo.dot(hit.point.ng)).abs(),
+        Normals::Smooth | Normals::Tilted(_) => photon.wo.dot(hit.ns()).abs() / photon.slant,
     }
 }
