@@ -170,7 +170,9 @@ fn needs_say_what_a_scene_asks_and_nothing_is_skipped_when_told_so() {
     let build = |skip| {
         let (mut builder, grey) = grey_builder("needs");
         let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
-        [(x, y), (y, z), (z, x)].map(|(u, v)| builder.quad(DVec3::NEG_ONE, u, v, grey));
+        for (u, v) in [(x, y), (y, z), (z, x)] {
+            builder.quad(DVec3::NEG_ONE, u, v, grey);
+        }
         builder.emit(ShapeId(0), Emission { radiance: 1.0.into(), two_sided: false });
         built(builder, skip)
     };
