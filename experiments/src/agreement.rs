@@ -12,7 +12,7 @@ use crate::path_class::carries;
 use crate::result::{AgreementRow, BlockTest, MethodResult, Verdict};
 use crate::statistics::multiple::benjamini_hochberg;
 use crate::statistics::welch::{Sample, Welch, detectable, rounding, welch};
-use integrators::{Bias, Layer, Measurement};
+use integrators::{Bias, Layer, Measurement, exact};
 use sampling::moments::Moments;
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -86,11 +86,12 @@ impl<'a> Comparison<'a> {
         let rounding = rounding(order);
         let (image_a, image_b) = (image_means(&a.measurement, layer), image_means(&b.measurement, layer));
         // The closed form has no distribution.
-        let lean_of = |image: &[f64], method: &MethodResult| if method.method == "exact" { 0.0 } else { lean(image) };
+        let lean_of =
+            |image: &[f64], method: &MethodResult| if method.method == exact::NAME { 0.0 } else { lean(image) };
         let lean = lean_of(&image_a, a).max(lean_of(&image_b, b));
         let (image_a, image_b): (Moments, Moments) = (image_a.into_iter().collect(), image_b.into_iter().collect());
         // A closed form that is zero is no accident.
-        let dark = |image: &Moments, method: &MethodResult| image.mean == 0.0 && method.method != "exact";
+        let dark = |image: &Moments, method: &MethodResult| image.mean == 0.0 && method.method != exact::NAME;
         let seen = image_a.mean == image_b.mean || !(dark(&image_a, a) || dark(&image_b, b));
         let blocks = if seen { block_tests(&a.measurement, &b.measurement, layer, rounding) } else { Vec::new() };
         let samples = [(&image_a, a), (&image_b, b)].map(|(image, method)| {

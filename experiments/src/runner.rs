@@ -66,8 +66,10 @@ pub fn run(plan: &mut Plan, states: &mut States, verbosity: Verbosity, stop: &St
         outcome.references.extend(truth);
         if plan.experiment.marginal_cost && stop.signal().is_none() {
             for result in &mut outcome.methods[first..] {
-                let planned = plan.methods.iter().position(|planned| planned.label == result.label);
-                runner.measure_costs(plan, scene, planned.map_or(1, |i| samples[i]), result)?;
+                let with_samples = plan.methods.iter().zip(samples).find(|(planned, _)| planned.label == result.label);
+                if let Some((planned, &samples)) = with_samples {
+                    runner.measure_costs((plan, scene, planned), samples, result)?;
+                }
             }
         }
         if let (Some(convergence), None) = (plan.experiment.convergence.clone(), stop.signal()) {

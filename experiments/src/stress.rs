@@ -14,7 +14,7 @@ use glam::{DVec3, dvec3};
 use integrators::{Integrator, Layer, Measurement, Orders, Render, RenderSettings};
 use sampling::moments::Moments;
 use sampling::sampler::SamplerKind;
-use scenes::{Scene, Similarity, Skip};
+use scenes::{Scene, SceneBuilder, Similarity, Skip};
 use serde::Serialize;
 
 /// The relative difference of an order that rounding in `f32` is allowed.
@@ -77,16 +77,28 @@ impl Subject<'_> {
     /// # Errors
     /// If it cannot be loaded or rendered.
     pub fn stress(&self, progress: &mut Progress, stop: &Stop) -> Result<Vec<Stressed>, Error> {
-        let home = self.load(None)?;
+        let builder = scenes::load::open(self.scene, Some(self.size))?;
+        let home = self.built(builder.clone())?;
         let far = dvec3(1.0, 0.3, -0.7) * FAR * f64::from(home.bounds.radius);
         let scaled = |scale: f64| Similarity { scale, offset: DVec3::ZERO };
+        let changed = |similarity: &Similarity| self.built(builder.clone().resembling(similarity));
         let mut found = Vec::new();
+        let mut bits = Vec::new();
+        for method in self.methods {
+            if stop.signal().is_some() {
+                return Ok(Vec::new());
+            }
+            bits.push(self.by_every_sampler(&home, &**method)?);
+        }
         for exponent in POWERS_OF_TWO {
             if stop.signal().is_some() {
                 return Ok(Vec::new());
             }
-            let similarity = scaled(f64::from(exponent).exp2());
-            self.compare_bits(&home, (format!("2^{exponent} times as large"), similarity), &mut found, progress)?;
+            let scene = changed(&scaled(f64::from(exponent).exp2()))?;
+            for (method, base) in self.methods.iter().zip(&bits) {
+                let other = progress.during(1.0, |_| self.by_every_sampler(&scene, &**method))?;
+                found.push(differing_bits(format!("2^{exponent} times as large"), method.name(), base, &other));
+            }
         }
         let resized = POWERS_OF_TEN.map(|k| (format!("10^{k} times as large"), scaled(10f64.powi(k))));
         let moved = (format!("moved by {FAR:e} times its radius"), Similarity { scale: 1.0, offset: far });
@@ -100,7 +112,7 @@ impl Subject<'_> {
         }
         let level = sidak_level(RATE, changes.len() * means.iter().map(|m| m.layers.len()).sum::<usize>());
         for (change, similarity) in &changes {
-            let scene = self.load(Some(similarity))?;
+            let scene = changed(similarity)?;
             for (method, base) in self.methods.iter().zip(&means) {
                 if stop.signal().is_some() {
                     return Ok(Vec::new());
@@ -118,39 +130,13 @@ impl Subject<'_> {
         ((POWERS_OF_TWO.len() + POWERS_OF_TEN.len() + 1) * self.methods.len()) as f64
     }
 
-    fn load(&self, similarity: Option<&Similarity>) -> Result<Scene, Error> {
-        let builder = scenes::load::open(self.scene, Some(self.size))?;
-        let builder = similarity.map_or_else(|| builder.clone(), |s| builder.clone().resembling(s));
+    fn built(&self, builder: SceneBuilder) -> Result<Scene, Error> {
         Ok(builder.build(Skip::Unneeded).map_err(|error| scenes::load::placed(error, self.scene))?)
     }
 
-    fn compare_bits(
-        &self,
-        home: &Scene,
-        (change, similarity): (String, Similarity),
-        found: &mut Vec<Stressed>,
-        progress: &mut Progress,
-    ) -> Result<(), Error> {
-        let scene = self.load(Some(&similarity))?;
-        for method in self.methods {
-            let (mut all, mut differing, mut invalid) = (0, 0, 0);
-            progress.during(1.0, |_| -> Result<(), Error> {
-                for &sampler in SamplerKind::ALL {
-                    let [a, b] = [home, &scene].map(|scene| self.render(scene, &**method, sampler, FEW));
-                    let (a, b) = (a?, b?);
-                    invalid += b.invalid.iter().sum::<u64>();
-                    let (a, b) = (a.replicate_means.concat().concat(), b.replicate_means.concat().concat());
-                    all += a.len();
-                    differing += a.iter().zip(&b).filter(|(a, b)| a.to_bits() != b.to_bits()).count();
-                }
-                Ok(())
-            })?;
-            let difference = differing as f64 / all.max(1) as f64;
-            let (change, method) = (change.clone(), method.name().to_owned());
-            let holds = differing == 0 && invalid == 0;
-            found.push(Stressed { change, method, order: None, difference, invalid, holds });
-        }
-        Ok(())
+    /// A few images by each sampler, of which the bits are compared.
+    fn by_every_sampler(&self, scene: &Scene, method: &dyn Integrator) -> Result<Vec<Measurement>, Error> {
+        SamplerKind::ALL.iter().map(|&sampler| self.render(scene, method, sampler, FEW)).collect()
     }
 
     fn render(
@@ -166,6 +152,24 @@ impl Subject<'_> {
         let mut render = Render::new(scene, method, settings)?;
         (0..amount.replicates).for_each(|_| render.run_replicate(&|_| {}));
         Ok(render.finish())
+    }
+}
+
+/// How many of the image means have other bits.
+fn differing_bits(change: String, method: &str, base: &[Measurement], other: &[Measurement]) -> Stressed {
+    let bits = |m: &[Measurement]| -> Vec<u64> {
+        m.iter().flat_map(|m| m.replicate_means.concat().concat()).map(f64::to_bits).collect()
+    };
+    let (a, b) = (bits(base), bits(other));
+    let differing = a.iter().zip(&b).filter(|(a, b)| a != b).count();
+    let invalid: u64 = other.iter().flat_map(|m| &m.invalid).sum();
+    Stressed {
+        change,
+        method: method.to_owned(),
+        order: None,
+        difference: differing as f64 / a.len().max(1) as f64,
+        invalid,
+        holds: differing == 0 && invalid == 0,
     }
 }
 

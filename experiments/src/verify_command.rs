@@ -123,7 +123,8 @@ fn stressed(
     let samples = first.measurement.samples_per_replicate.div_ceil(4);
     let max_order = plan.experiment.max_order;
     // A closed form is not known of a scene that was changed.
-    let methods: Vec<_> = plan.methods.into_iter().map(|p| p.method).filter(|m| m.name() != "exact").collect();
+    let methods: Vec<_> =
+        plan.methods.into_iter().map(|p| p.method).filter(|m| m.name() != integrators::exact::NAME).collect();
     drop(plan.scenes);
     let subject = stress::Subject {
         scene,

@@ -58,9 +58,11 @@ impl Default for Whitted {
     }
 }
 
-/// What all of them lose.
-fn behind_mirrors() -> String {
-    "LS+E from points, spots and directional emitters: no walk meets them behind a mirror or glass".to_owned()
+/// The light of emitters that no walk meets, where next-event estimation cannot reach them either.
+pub(crate) fn lost_behind_mirrors(needs: &Needs) -> Vec<String> {
+    let lost = needs.delta_emitters && needs.delta_lobes;
+    let class = "LS+E from points, spots and directional emitters: no walk meets them behind a mirror or glass";
+    if lost { vec![class.to_owned()] } else { Vec::new() }
 }
 
 impl Estimator for Emission {
@@ -128,7 +130,7 @@ impl Estimator for Local {
 
     fn missing_light(&self, needs: &Needs) -> Vec<String> {
         let mut missing = vec!["L(D|S)(D|S)+E: what is scattered more than once".to_owned()];
-        missing.extend((needs.delta_emitters && needs.delta_lobes).then(behind_mirrors));
+        missing.extend(lost_behind_mirrors(needs));
         missing
     }
 
@@ -177,7 +179,7 @@ impl Estimator for Whitted {
     fn missing_light(&self, needs: &Needs) -> Vec<String> {
         let mut missing =
             vec!["L.+D.*E: what other than delta lobes scatter, but for the scattering next to the light".to_owned()];
-        missing.extend((needs.delta_emitters && needs.delta_lobes).then(behind_mirrors));
+        missing.extend(lost_behind_mirrors(needs));
         missing
     }
 

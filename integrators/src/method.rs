@@ -301,7 +301,10 @@ impl Methods {
             .with::<crate::bdpt::Bdpt>("bdpt", "bidirectional path tracing: every strategy (s, t), weighted by MIS")
             .with::<crate::vcm::Vcm>("vcm", "connections and merged vertices, weighted by MIS over both")
             .with::<crate::ppm::Ppm>("ppm", "progressive photon mapping: camera walks that end among photons")
-            .with::<crate::exact::Exact>("exact", "the closed form of a built-in scene's orders, where it has one")
+            .with::<crate::exact::Exact>(
+                crate::exact::NAME,
+                "the closed form of a built-in scene's orders, where it has one",
+            )
     }
 
     /// Registers an estimator under a name; a later one of the same name replaces the earlier.

@@ -10,6 +10,7 @@
 
 use crate::bdpt::Bdpt;
 use crate::bias::Bias;
+use crate::classics::lost_behind_mirrors;
 use crate::contribution::{Sink, Technique};
 use crate::measurement::Counters;
 use crate::method::{Estimator, Pixel, Replicate};
@@ -17,7 +18,6 @@ use crate::photons::{Alpha, Photons, Radius, Schedule};
 use crate::request::Request;
 use crate::roulette::SubpathRoulette;
 use crate::scratch::Scratch;
-use crate::vcm::lost_by_merging;
 use sampling::sampler::Sampler;
 use scenes::{Needs, Scene};
 use serde::{Deserialize, Serialize};
@@ -65,7 +65,7 @@ impl Estimator for Ppm {
     }
 
     fn missing_light(&self, needs: &Needs) -> Vec<String> {
-        lost_by_merging(needs)
+        lost_behind_mirrors(needs)
     }
 
     fn splats(&self) -> bool {

@@ -14,6 +14,7 @@
 
 use crate::bdpt::Bdpt;
 use crate::bias::Bias;
+use crate::classics::lost_behind_mirrors;
 use crate::contribution::{Sink, Technique};
 use crate::measurement::Counters;
 use crate::method::{Estimator, Pixel, Replicate};
@@ -72,7 +73,7 @@ impl Estimator for Vcm {
     }
 
     fn missing_light(&self, needs: &Needs) -> Vec<String> {
-        lost_by_merging(needs)
+        lost_behind_mirrors(needs)
     }
 
     fn bytes(&self, pixels: u64, request: &Request) -> u64 {
@@ -101,11 +102,4 @@ impl Estimator for Vcm {
     ) {
         self.bdpt.estimate(scene, request, pixel, sampler, scratch, out);
     }
-}
-
-/// What photons cannot bring.
-pub(crate) fn lost_by_merging(needs: &Needs) -> Vec<String> {
-    let lost = needs.delta_emitters && needs.delta_lobes;
-    let class = "LS+E from points, spots and directional emitters: no walk meets them behind a mirror or glass";
-    if lost { vec![class.to_owned()] } else { Vec::new() }
 }

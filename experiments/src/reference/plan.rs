@@ -9,6 +9,7 @@ use crate::plan::{PlannedMethod, PlannedScene};
 use crate::settings::differences;
 use crate::source::Source;
 use crate::subject::render_settings;
+use integrators::exact::NAME as EXACT;
 use integrators::{Bias, Layer, Methods, Orders, PartSettings, RenderSettings, Request, render};
 use sampling::sampler::SamplerKind;
 use std::path::Path;
@@ -118,9 +119,6 @@ fn pooled_methods(
     }
     Ok(pooled)
 }
-
-/// The method that knows the truth where that is known.
-const EXACT: &str = "exact";
 
 /// Who carries which layers in a scene. A closed form leaves nothing for others to do.
 fn carriers(

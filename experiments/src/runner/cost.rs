@@ -44,12 +44,10 @@ impl Runner<'_> {
     /// that is known.
     pub(super) fn measure_costs(
         &mut self,
-        plan: &Plan,
-        scene: usize,
+        (plan, scene, planned): (&Plan, usize, &PlannedMethod),
         samples: u32,
         result: &mut MethodResult,
     ) -> Result<(), Error> {
-        let Some(planned) = plan.methods.iter().find(|planned| planned.label == result.label) else { return Ok(()) };
         let mut jobs = Vec::new();
         for work in works(plan, scene, planned, samples)? {
             jobs.push(Job::open(work, Observations::default(), None, self.states)?);
