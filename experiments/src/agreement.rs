@@ -6,15 +6,18 @@
 //! Light that a method cannot carry is no disagreement: where one of a pair loses some path class of the order, the pair is
 //! marked [`Verdict::Incomparable`] and takes no part; nor do pairs of which one is biased, [`Verdict::Biased`]. Their means stand beside
 //! those of the others. Where one of a pair found no light at all and the other did, nothing is decided: what it has not met once may be
-//! rare, and says nothing of how rare.
+//! rare, and says nothing of how rare. The same holds of single paths that are rare and bring much, which a method meets by chance
+//! alone: see [`path_class::largest_hit`](crate::path_class::largest_hit).
 
 use crate::path_class::carries;
 use crate::result::{AgreementRow, BlockTest, MethodResult, Verdict};
 use crate::statistics::multiple::benjamini_hochberg;
 use crate::statistics::welch::{Sample, Welch, detectable, rounding, welch};
-use integrators::{Bias, Layer, Measurement, exact};
-use sampling::moments::Moments;
+use integrators::{Bias, Layer};
+use measured::Measured;
 use statrs::distribution::{ContinuousCDF, Normal};
+
+mod measured;
 
 /// The part of the differences found that may be false.
 pub const DISCOVERY_RATE: f64 = 0.01;
@@ -31,7 +34,9 @@ pub fn compare(results: &[&MethodResult]) -> Vec<AgreementRow> {
     let mut comparisons = Vec::new();
     for (i, a) in results.iter().enumerate() {
         for b in &results[i + 1..] {
-            comparisons.extend(common_layers(a, b).map(|layer| Comparison::new(a, b, layer)));
+            let both = |layer: Layer| Some((Measured::of(a, layer)?, Measured::of(b, layer)?, layer));
+            let measured = common_layers(a, b).filter_map(both);
+            comparisons.extend(measured.map(|(a, b, layer)| Comparison::new(a, b, layer)));
         }
     }
     let judged: Vec<usize> = (0..comparisons.len()).filter(|&i| comparisons[i].apart.is_none()).collect();
@@ -45,7 +50,7 @@ pub fn compare(results: &[&MethodResult]) -> Vec<AgreementRow> {
     for (&i, image_adjusted) in judged.iter().zip(image_adjusted) {
         let (mine, rest) = adjusted_blocks.split_at(comparisons[i].blocks.len());
         adjusted_blocks = rest;
-        comparisons[i].judge(&mut rows[i], image_adjusted, mine);
+        comparisons[i].judge(&mut rows[i], level, image_adjusted, mine);
     }
     rows
 }
@@ -63,106 +68,125 @@ fn common_layers<'a>(a: &'a MethodResult, b: &'a MethodResult) -> impl Iterator<
 
 /// One pair in one layer.
 struct Comparison<'a> {
-    a: &'a MethodResult,
-    b: &'a MethodResult,
+    a: Measured<'a>,
+    b: Measured<'a>,
     layer: Layer,
     /// What is known without a test.
     apart: Option<Verdict>,
-    means: (f64, f64),
     /// Whether both found light, or neither did, or it is known that there is none.
     seen: bool,
     image: Welch,
-    /// The greater skewness of the two image means.
-    lean: f64,
     blocks: Vec<Welch>,
+    /// The least p-value, of the image or of all blocks, if no path were met by chance alone.
+    unraised_p: f64,
 }
 
 impl<'a> Comparison<'a> {
-    fn new(a: &'a MethodResult, b: &'a MethodResult, layer: Layer) -> Self {
+    fn new(a: Measured<'a>, b: Measured<'a>, layer: Layer) -> Self {
         let order = match layer {
             Layer::Order(k) => k,
-            Layer::Tail => 2 * a.measurement.max_order + 2,
+            Layer::Tail => 2 * a.of.measurement.max_order + 2,
         };
         let rounding = rounding(order);
-        let (image_a, image_b) = (image_means(&a.measurement, layer), image_means(&b.measurement, layer));
-        // The closed form has no distribution.
-        let lean_of =
-            |image: &[f64], method: &MethodResult| if method.method == exact::NAME { 0.0 } else { lean(image) };
-        let lean = lean_of(&image_a, a).max(lean_of(&image_b, b));
-        let (image_a, image_b): (Moments, Moments) = (image_a.into_iter().collect(), image_b.into_iter().collect());
-        // A closed form that is zero is no accident.
-        let dark = |image: &Moments, method: &MethodResult| image.mean == 0.0 && method.method != exact::NAME;
-        let seen = image_a.mean == image_b.mean || !(dark(&image_a, a) || dark(&image_b, b));
-        let blocks = if seen { block_tests(&a.measurement, &b.measurement, layer, rounding) } else { Vec::new() };
-        let samples = [(&image_a, a), (&image_b, b)].map(|(image, method)| {
-            let sample = Sample::from(image);
+        let seen = a.image.mean == b.image.mean || !(a.is_dark() || b.is_dark());
+        let mut blocks = if seen { block_tests(&a, &b, rounding) } else { Vec::new() };
+        let samples = [&a, &b].map(|of| {
+            let sample = Sample::from(&of.image);
             // A few replicates may have the same mean by chance alone: it is exact where the blocks are.
             if sample.variance.sqrt() > rounding * sample.mean.abs() || blocks.iter().all(|block| block.exact) {
                 return sample;
             }
-            sample.with_variance_from(variance_by_blocks(&method.measurement, layer))
+            sample.with_variance_from(of.variance_by_blocks())
         });
-        let image = image_test(samples[0], samples[1], rounding, lean);
-        let carry = |method: &&MethodResult| carries(&method.missing_light, Some(layer), method.measurement.max_order);
-        let apart = match [a, b] {
+        let mut image = image_test(samples[0], samples[1], rounding, a.lean.max(b.lean));
+        let least = blocks.iter().map(|test| test.p).fold(1.0, f64::min);
+        let unraised_p = image.p.min(blocks.len() as f64 * least);
+        raise_for_hits(&mut image, &mut blocks, &a, &b);
+        let carry = |m: &&Measured| carries(&m.of.missing_light, Some(layer), m.of.measurement.max_order);
+        let apart = match [&a, &b] {
             both if !both.iter().all(carry) => Some(Verdict::Incomparable),
-            both if both.iter().any(|method| method.bias != Bias::None) => Some(Verdict::Biased),
+            both if both.iter().any(|m| m.of.bias != Bias::None) => Some(Verdict::Biased),
             _ => None,
         };
-        Self { a, b, layer, apart, means: (image_a.mean, image_b.mean), seen, image, lean, blocks }
+        Self { a, b, layer, apart, seen, image, blocks, unraised_p }
+    }
+
+    /// The greater skewness of the two image means.
+    fn lean(&self) -> f64 {
+        self.a.lean.max(self.b.lean)
+    }
+
+    /// The method of the lower mean, if there are paths that it meets by chance alone.
+    fn lacking(&self) -> Option<&'a str> {
+        let lower = if self.a.image.mean < self.b.image.mean { &self.a } else { &self.b };
+        (lower.hit != [0.0; 3]).then_some(lower.of.label.as_str())
     }
 
     /// All but what follows from the other comparisons.
     fn row(&self, level: f64) -> AgreementRow {
-        let mean = (self.means.0.abs() + self.means.1.abs()) / 2.0;
+        let (a, b) = (self.a.of, self.b.of);
+        let (mean_a, mean_b) = (self.a.image.mean, self.b.image.mean);
+        let mean = (mean_a.abs() + mean_b.abs()) / 2.0;
         let detectable_bias = if mean > 0.0 && self.seen { self.detectable(level) / mean } else { f64::INFINITY };
         AgreementRow {
-            scene: self.a.scene.clone(),
-            a: self.a.label.clone(),
-            b: self.b.label.clone(),
+            scene: a.scene.clone(),
+            a: a.label.clone(),
+            b: b.label.clone(),
             order: self.layer,
-            mean_a: self.means.0,
-            mean_b: self.means.1,
+            mean_a,
+            mean_b,
             t: self.image.t,
             p: self.image.p,
             blocks: self.blocks.len(),
             rejected: 0,
             smallest_adjusted_p: 1.0,
             detectable_bias,
+            hidden_bias: if mean > 0.0 { self.hidden(level) / mean } else { 0.0 },
+            lacking: None,
             verdict: self.apart.unwrap_or(Verdict::Incomparable),
             tests: self.blocks.iter().map(block_test).collect(),
-            columns: self.a.measurement.grid.columns as usize,
+            columns: a.measurement.grid.columns as usize,
         }
     }
 
     /// Whether no difference of the image means could have been significant, however large.
     fn is_open(&self) -> bool {
-        !self.image.exact && skewed(0.0, self.lean) > DISCOVERY_RATE
+        !self.image.exact && skewed(0.0, self.lean()) > DISCOVERY_RATE
     }
 
     /// The difference of image means that is significant at `level` with probability [`POWER`]; infinite where none is.
     fn detectable(&self, level: f64) -> f64 {
         let (mut least, mut most) = (0.0, 1.0);
-        if skewed(least, self.lean) > level {
+        let lean = self.lean();
+        if skewed(least, lean) > level {
             return f64::INFINITY;
         }
         for _ in 0..200 {
             let p = (least + most) / 2.0;
-            if skewed(p, self.lean) > level { most = p } else { least = p }
+            if skewed(p, lean) > level { most = p } else { least = p }
         }
         detectable(&self.image, least.max(f64::MIN_POSITIVE))
     }
 
-    fn judge(&self, row: &mut AgreementRow, image_adjusted: f64, blocks_adjusted: &[f64]) {
+    /// What paths that are met by chance alone may hide at `level`: the light that one of the methods lacks if none was met.
+    fn hidden(&self, level: f64) -> f64 {
+        let of = |m: &Measured| -level.ln() * m.mean_hit() / m.samples();
+        of(&self.a).max(of(&self.b))
+    }
+
+    fn judge(&self, row: &mut AgreementRow, level: f64, image_adjusted: f64, blocks_adjusted: &[f64]) {
         row.rejected = blocks_adjusted.iter().filter(|&&p| p <= DISCOVERY_RATE).count();
         row.smallest_adjusted_p = blocks_adjusted.iter().copied().fold(1.0, f64::min);
         row.verdict = match () {
             () if !self.seen => Verdict::Inconclusive,
             () if row.rejected > 0 || image_adjusted <= DISCOVERY_RATE => Verdict::Differ,
             () if self.image.exact && self.blocks.iter().all(|test| test.exact) => Verdict::Equal,
-            () if self.is_open() => Verdict::Inconclusive,
+            () if self.is_open() || self.unraised_p < level => Verdict::Inconclusive,
             () => Verdict::Agree,
         };
+        if row.verdict == Verdict::Inconclusive && self.unraised_p < level {
+            row.lacking = self.lacking().map(str::to_owned);
+        }
     }
 }
 
@@ -184,45 +208,27 @@ fn skewed(p: f64, lean: f64) -> f64 {
     (2.0 * normal.cdf(-z) * (lean * z.powi(3) / 3.0).exp()).clamp(p, 1.0)
 }
 
-/// What a sample's skewness is multiplied by for what it has not seen.
-const UNSEEN: f64 = 1.5;
-
-/// From so many values on their skewness is known well enough to be used.
-const MANY: f64 = 64.0;
-
-/// Skewness of a mean of values ≥ 0: the least that a mean of rare contributions can have, its relative error, or that of many
-/// values, if it is more. Infinite where nothing arrived; 0 where there is no variance.
-fn lean(values: &[f64]) -> f64 {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    if mean == 0.0 {
-        return f64::INFINITY;
+/// Raises p-values to the probability that the method of the lower mean has met none of the paths that are met by chance alone.
+fn raise_for_hits(image: &mut Welch, blocks: &mut [Welch], a: &Measured, b: &Measured) {
+    let raise = |test: &mut Welch, (a_mean, a_hit): (f64, f64), (b_mean, b_hit): (f64, f64), count: usize| {
+        let (lower, hit) = if a_mean < b_mean { (a, a_hit) } else { (b, b_hit) };
+        test.p = test.p.max(lower.chance_of_missing((a_mean - b_mean).abs(), count, hit)).min(1.0);
+    };
+    raise(image, (a.image.mean, a.mean_hit()), (b.image.mean, b.mean_hit()), a.blocks());
+    let count = a.blocks();
+    for (i, test) in blocks.iter_mut().enumerate() {
+        let (c, block) = (i / count, i % count);
+        raise(test, (a.block(block, c).mean, a.hit[c]), (b.block(block, c).mean, b.hit[c]), 1);
     }
-    let moment = |power: i32| values.iter().map(|x| (x - mean).powi(power)).sum::<f64>() / n;
-    let variance = moment(2);
-    if variance == 0.0 {
-        return 0.0;
-    }
-    let skewness = if n < MANY { 0.0 } else { moment(3) / variance.powf(1.5) / n.sqrt() };
-    UNSEEN * skewness.max((variance / (n - 1.0)).sqrt() / mean.abs())
-}
-
-/// The image mean, mean of channels, of every replicate.
-fn image_means(measurement: &Measurement, layer: Layer) -> Vec<f64> {
-    let Some(at) = index(measurement, layer) else { return Vec::new() };
-    measurement.replicate_means.iter().map(|means| means[at].iter().sum::<f64>() / 3.0).collect()
 }
 
 /// Block by block and channel by channel; none where the images are not divided alike.
-fn block_tests(a: &Measurement, b: &Measurement, layer: Layer, rounding: f64) -> Vec<Welch> {
-    let (Some(at_a), Some(at_b)) = (index(a, layer), index(b, layer)) else { return Vec::new() };
-    let blocks = if a.grid == b.grid { a.grid.count() } else { 0 };
+fn block_tests(a: &Measured, b: &Measured, rounding: f64) -> Vec<Welch> {
+    let blocks = if a.of.measurement.grid == b.of.measurement.grid { a.blocks() } else { 0 };
     let mut tests = Vec::new();
     for c in 0..3 {
-        let samples = |m: &Measurement, at: usize| -> Vec<Sample> {
-            (0..blocks).map(|block| block_sample(m, at, block, c)).collect()
-        };
-        let (of_a, of_b) = (samples(a, at_a), samples(b, at_b));
+        let samples = |m: &Measured| -> Vec<Sample> { (0..blocks).map(|block| m.block(block, c)).collect() };
+        let (of_a, of_b) = (samples(a), samples(b));
         let (size_a, size_b) = (contribution_size(&of_a), contribution_size(&of_b));
         tests.extend(of_a.iter().zip(&of_b).map(|(a, b)| {
             let mean = combined_mean(a.mean, size_a, b.mean, size_b);
@@ -230,19 +236,6 @@ fn block_tests(a: &Measurement, b: &Measurement, layer: Layer, rounding: f64) ->
         }));
     }
     tests
-}
-
-fn block_sample(m: &Measurement, layer: usize, block: usize, channel: usize) -> Sample {
-    let variance = m.block_variance(layer, block).map_or(f64::NAN, |variance| variance[channel]);
-    Sample { mean: m.block_mean(layer, block)[channel], variance, n: m.replicates }
-}
-
-/// The variance that the image mean of a replicate has if blocks are independent and channels are not.
-fn variance_by_blocks(m: &Measurement, layer: Layer) -> f64 {
-    let Some(at) = index(m, layer) else { return f64::NAN };
-    let count = m.grid.count();
-    let by_channel = |c: usize| (0..count).map(|block| block_sample(m, at, block, c).variance).sum::<f64>();
-    (0..3).map(by_channel).sum::<f64>() / (3 * count * count) as f64
 }
 
 /// Variance divided by mean, over all blocks: were all contributions of a method of this size, and so many of them in a block
@@ -257,10 +250,6 @@ fn contribution_size(blocks: &[Sample]) -> f64 {
 fn combined_mean(a: f64, size_a: f64, b: f64, size_b: f64) -> f64 {
     let sum = size_a + size_b;
     if sum > 0.0 { (a * size_b + b * size_a) / sum } else { (a + b) / 2.0 }
-}
-
-fn index(measurement: &Measurement, layer: Layer) -> Option<usize> {
-    measurement.layers.iter().position(|&l| l == layer)
 }
 
 #[cfg(test)]

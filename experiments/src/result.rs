@@ -91,6 +91,8 @@ pub struct MethodResult {
     pub marginal: Vec<MarginalCost>,
     /// The light that this method cannot carry here, in words; empty for none.
     pub missing_light: Vec<String>,
+    /// Of each layer the radiance of single paths that it meets by chance alone; see [`crate::path_class::largest_hit`].
+    pub largest_hits: Vec<[f64; 3]>,
     /// How the mean of its images stands to the truth.
     pub bias: Bias,
     /// What the scene let the render leave out.
@@ -268,6 +270,11 @@ pub struct AgreementRow {
     pub smallest_adjusted_p: f64,
     /// The bias of the image mean, relative to it, that this test finds with a probability of 90 %; infinite for an empty order.
     pub detectable_bias: f64,
+    /// The relative bias, of one sign, that paths may hide which one of the methods meets by chance alone: in those that it meets
+    /// regularly `detectable_bias` would have been found.
+    pub hidden_bias: f64,
+    /// The method that may lack paths which it meets by chance alone, where nothing can be decided for that reason.
+    pub lacking: Option<String>,
     /// What follows.
     pub verdict: Verdict,
     /// The tests of all blocks, row by row of the image, red first, then green, then blue.
@@ -297,7 +304,7 @@ pub enum Verdict {
     Equal,
     /// They differ.
     Differ,
-    /// Too few contributions arrived to decide anything.
+    /// Too few contributions arrived to decide anything, or what the lower mean lacks may be paths that are met by chance alone.
     Inconclusive,
     /// One of them cannot carry all the light of this scene, so nothing follows.
     Incomparable,

@@ -204,6 +204,12 @@ impl Scene {
         builtin::exact(self.closed_form?, order, p, d)
     }
 
+    /// The largest radiance, channel by channel, that a ray may meet where it hits an emitter; of textures that follow the surface
+    /// the mean.
+    pub fn brightest(&self) -> Spectrum {
+        self.emitters.iter().fold(Spectrum::ZERO, |most, emitter| most.max(emitter.brightest()))
+    }
+
     /// Radiance arriving from infinity out of direction `d` (unit, away from the scene).
     #[inline]
     pub fn environment_le(&self, d: Vec3) -> Spectrum {

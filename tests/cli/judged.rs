@@ -144,3 +144,37 @@ fn references_know_their_own_noise() {
         assert!(t.abs() < 8.0, "{layer:?}: {moments:?}");
     }
 }
+
+/// Three methods are rendered until every pair of them would show a bias of that size.
+#[test]
+fn a_budget_can_be_the_bias_that_every_pair_would_show() {
+    let methods = ["path", "light", "bdpt"].map(|name| format!("[[methods]]\nname = \"{name}\"\n")).concat();
+    let experiment = "scenes = [\"cornell_box\"]\nspp = 64\nreplicates = 16\nmax_order = 2\nsize = [12, 10]\nmax_spp = 4096\n\
+        until = { order = 1, detectable_bias = 0.1 }\n";
+    let folder = folder_with(&[("biases.toml", &format!("{experiment}{methods}"))]);
+    let run = ["run", "biases.toml", "--quiet", "--out"];
+    succeed(folder.path(), &[&run[..], &["once", "--threads", "1"]].concat());
+    let once = folder.path().join("once");
+    let table = std::fs::read_to_string(once.join("records.csv")).unwrap();
+    let bounds: Vec<Vec<&str>> = table
+        .lines()
+        .map(|line| line.split(',').collect())
+        .filter(|row: &Vec<&str>| row[9] == "sequential_bias")
+        .collect();
+    assert_eq!(bounds.len(), 3, "{bounds:?}");
+    let renders = json(&once, "manifest.json")["renders"].clone();
+    let image = |r: &&Value| r["what"] == "image";
+    let replicates: Vec<u64> =
+        renders.as_array().unwrap().iter().filter(image).map(|r| r["replicates"].as_u64().unwrap()).collect();
+    let samples = 64 / 16;
+    assert!(replicates.len() == 3 && replicates.iter().all(|&n| n >= 16 && n * samples < 4096), "{replicates:?}");
+    for bound in &bounds {
+        let value: f64 = bound[11].parse().unwrap();
+        assert!(value > 0.0 && value <= 0.1, "{bound:?}");
+    }
+    // Looser is there already; tighter goes on, and comes to what it would have come to at once.
+    let tighter = ["--until", "detectable_bias=0.08,order=1"];
+    succeed(folder.path(), &[&run[..], &["once"], &tighter].concat());
+    succeed(folder.path(), &[&run[..], &["tight"], &tighter].concat());
+    assert!(outcome(&once) == outcome(&folder.path().join("tight")) && resumed(&once) > 0);
+}

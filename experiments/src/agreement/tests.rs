@@ -71,6 +71,7 @@ fn results(factor: f32, columns: u32) -> [MethodResult; 2] {
             judged: None,
             marginal: Vec::new(),
             convergence: Vec::new(),
+            largest_hits: Vec::new(),
             missing_light: Vec::new(),
             bias: integrators::Bias::None,
             skipped: Vec::new(),
@@ -118,4 +119,37 @@ fn nothing_against_something_decides_nothing_unless_nothing_is_the_truth() {
     assert_eq!(verdict(&results), Verdict::Inconclusive);
     results[1].method = "exact".to_owned();
     assert_eq!(verdict(&results), Verdict::Differ);
+}
+
+/// Who lacks light may lack paths that are rare and bring much, if there are such paths in the method that has less of it.
+#[test]
+fn what_may_be_paths_not_met_yet_decides_nothing() {
+    let judged = |factor: f32, hit: f64| {
+        let mut results = results(factor, 32);
+        results[1].largest_hits = vec![[hit; 3]; 2];
+        compare(&[&results[0], &results[1]]).swap_remove(1)
+    };
+    let lacking = judged(0.9, 1e6);
+    assert_eq!((lacking.verdict, lacking.lacking.as_deref()), (Verdict::Inconclusive, Some("dimmed")), "{lacking:?}");
+    assert!(lacking.hidden_bias > 1.0 && lacking.detectable_bias < 0.03, "{lacking:?}");
+    // A tenth of the light in paths of radiance 1 is thousands of paths.
+    let regular = judged(0.9, 1.0);
+    assert_eq!((regular.verdict, regular.lacking.as_deref()), (Verdict::Differ, None), "{regular:?}");
+    assert!(regular.hidden_bias < 0.01, "{regular:?}");
+    // Paths that were not met explain no more light than the other found.
+    assert_eq!(judged(1.1, 1e6).verdict, Verdict::Differ);
+}
+
+/// Were all values 0 but one in so many, means would be skewed by this much; and no values but those of replicates are known less.
+#[test]
+fn the_skewness_of_a_mean_is_at_least_what_it_shows_and_what_its_samples_allow() {
+    let means = [1.0, 1.1, 0.9, 1.0];
+    let known = measured::lean(&means, None);
+    assert!((known - 1.5 * (0.005_f64 / 3.0).sqrt()).abs() < 1e-12, "{known}");
+    let (rare, n) = (1e-3, 100_000);
+    let kurtosis = (1.0 - 3.0 * rare * (1.0 - rare)) / (rare * (1.0 - rare));
+    let lean = measured::lean(&means, Some((kurtosis, n)));
+    let skewness = (1.0 - 2.0 * rare) / (rare * (1.0 - rare) * n as f64).sqrt();
+    assert!((lean / (1.5 * skewness) - 1.0).abs() < 1e-3, "{lean} {skewness}");
+    assert!(measured::lean(&[0.0; 4], None).is_infinite() && measured::lean(&[2.0; 4], None) == 0.0);
 }

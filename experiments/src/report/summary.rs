@@ -192,7 +192,7 @@ fn agreement(rows: &[&AgreementRow]) -> Vec<Sentence> {
     }
     let open = with(Verdict::Inconclusive).count();
     if open > 0 {
-        sentences.push(plain(format!("{open} comparisons decide nothing: what arrived was too little or too uneven for any difference to be significant.")));
+        sentences.push(plain(format!("{open} comparisons decide nothing: what arrived was too little or too uneven for any difference to be significant, or what one method lacks may be bright paths that it meets by chance alone.")));
     }
     let apart = with(Verdict::Incomparable).count();
     if apart > 0 {
@@ -271,6 +271,8 @@ mod tests {
             blocks: 1,
             rejected: 1,
             smallest_adjusted_p: 0.0,
+            lacking: None,
+            hidden_bias: 0.0,
             detectable_bias: 0.002,
             verdict,
             tests: Vec::new(),

@@ -43,23 +43,36 @@ fn relative(row: &AgreementRow) -> f64 {
     2.0 * (row.mean_a - row.mean_b).abs() / (row.mean_a.abs() + row.mean_b.abs()).max(f64::MIN_POSITIVE)
 }
 
-/// Methods that found nothing where others found light, by order.
+/// Methods that found nothing, or less than others do, where that may be chance: by order.
 fn unseen_in_words(rows: &[AgreementRow]) -> String {
-    let mut unseen: BTreeMap<&str, Vec<String>> = BTreeMap::new();
-    for row in rows.iter().filter(|row| row.verdict == Verdict::Inconclusive) {
-        let blind = match (row.mean_a == 0.0, row.mean_b == 0.0) {
-            (true, false) => &row.a,
-            (false, true) => &row.b,
-            _ => continue,
-        };
-        let orders = unseen.entry(blind).or_default();
-        if !orders.contains(&row.order.label()) {
-            orders.push(row.order.label());
+    let open = || rows.iter().filter(|row| row.verdict == Verdict::Inconclusive);
+    let dark = open().filter_map(|row| match (row.mean_a == 0.0, row.mean_b == 0.0) {
+        (true, false) => Some((row.a.as_str(), row.order)),
+        (false, true) => Some((row.b.as_str(), row.order)),
+        _ => None,
+    });
+    let dark: Vec<_> = dark.collect();
+    let lacking = open().filter_map(|row| Some((row.lacking.as_deref()?, row.order)));
+    let lacking: Vec<_> = lacking.filter(|case| !dark.contains(case)).collect();
+    by_method(&dark, "found nothing", "where others find light")
+        + &by_method(
+            &lacking,
+            "found less than others",
+            "but meets single bright paths there by chance alone, and too seldom yet",
+        )
+}
+
+fn by_method(cases: &[(&str, Layer)], found: &str, why: &str) -> String {
+    let mut orders_of: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    for (method, order) in cases {
+        let orders = orders_of.entry(method).or_default();
+        if !orders.contains(&order.label()) {
+            orders.push(order.label());
         }
     }
-    let each = unseen.into_iter().map(|(method, orders)| {
+    let each = orders_of.into_iter().map(|(method, orders)| {
         let plural = if orders.len() == 1 { "" } else { "s" };
-        format!(" {method} found nothing in order{plural} {}, where others find light.", enumerated(orders))
+        format!(" {method} {found} in order{plural} {}, {why}.", enumerated(orders))
     });
     each.collect()
 }
@@ -101,10 +114,32 @@ fn agreement_in_words(rows: &[AgreementRow]) -> String {
         named(&tested),
         100.0 * most
     );
+    text += &hidden_in_words(rows, &layers, most);
     if !open.is_empty() {
         text += &format!(" Nothing could be decided in {}.", named(&open));
     }
     text
+}
+
+/// What paths may hide that are met by chance alone, where that is more than `found`.
+fn hidden_in_words(rows: &[AgreementRow], layers: &[Layer], found: f64) -> String {
+    let hidden_in = |layer: Layer| {
+        let agreeing = |row: &&AgreementRow| matches!(row.verdict, Verdict::Agree | Verdict::Equal);
+        let of_layer = rows.iter().filter(|row| row.order == layer);
+        of_layer.filter(agreeing).map(|row| row.hidden_bias).min_by(f64::total_cmp).unwrap_or(0.0)
+    };
+    let hiding: Vec<String> = layers.iter().filter(|l| hidden_in(**l) > found).map(|l| l.label()).collect();
+    if hiding.is_empty() {
+        return String::new();
+    }
+    let most = layers.iter().map(|layer| hidden_in(*layer)).fold(0.0, f64::max);
+    let size = if most < 1.0 { format!("up to {:.2} %", 100.0 * most) } else { "any part".to_owned() };
+    let plural = if hiding.len() == 1 { "" } else { "s" };
+    let orders = enumerated(hiding);
+    format!(
+        " In order{plural} {orders} that is of the paths that are met regularly: single bright ones, which hit an emitter by chance, may \
+         make up for {size} of the mean."
+    )
 }
 
 /// A table for people to read: a row a pair, a column an order, in each the bias that would have been found.
@@ -174,6 +209,8 @@ mod tests {
             blocks: 4,
             rejected: 0,
             smallest_adjusted_p: 1.0,
+            lacking: None,
+            hidden_bias: 0.0,
             detectable_bias,
             verdict,
             tests: Vec::new(),

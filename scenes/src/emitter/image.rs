@@ -138,6 +138,12 @@ impl ImageEnvironment {
         self.bounds.disc_area() * self.integral
     }
 
+    /// The largest radiance, channel by channel.
+    pub fn brightest(&self) -> Spectrum {
+        let (_, [r, g, b, _]) = self.image.range();
+        Spectrum::new(r, g, b) * self.scale
+    }
+
     /// The place on the image that a direction (unit, pointing out of the scene) sees.
     #[inline]
     fn place(&self, d: Vec3) -> Vec2 {

@@ -64,6 +64,17 @@ impl Emitter {
         }
     }
 
+    /// The largest radiance that a ray which meets it may bring, channel by channel; of a texture that follows the surface the mean;
+    /// zero if no ray can meet it.
+    pub fn brightest(&self) -> Spectrum {
+        match self {
+            Emitter::Area(area) => area.emission.radiance.range().map_or(area.mean_radiance, |(_, most)| most),
+            Emitter::Environment(environment) => environment.radiance,
+            Emitter::Image(image) => image.brightest(),
+            Emitter::Point(_) | Emitter::Spot(_) | Emitter::Directional(_) => Spectrum::ZERO,
+        }
+    }
+
     /// True if no ray can meet it.
     pub fn is_delta(&self) -> bool {
         matches!(self, Emitter::Point(_) | Emitter::Spot(_) | Emitter::Directional(_))

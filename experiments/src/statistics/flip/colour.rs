@@ -54,7 +54,7 @@ pub fn hunt_lab(rgb: [f64; 3]) -> [f64; 3] {
 
 /// Difference of two colours, lightness and chroma apart [Abasi et al. 2020].
 pub fn hyab(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (a[0] - b[0]).abs() + (a[1] - b[1]).hypot(a[2] - b[2])
+    (a[0] - b[0]).abs() + ((a[1] - b[1]).powi(2) + (a[2] - b[2]).powi(2)).sqrt()
 }
 
 /// Luminance of linear sRGB.

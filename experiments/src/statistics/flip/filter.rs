@@ -43,20 +43,24 @@ pub fn filter(plane: &[f64], width: usize, along_rows: &Kernel, along_columns: &
     columns(&rows(plane, width, along_rows), width, along_columns)
 }
 
-fn rows(plane: &[f64], width: usize, kernel: &Kernel) -> Vec<f64> {
+/// Rows are added up tap by tap, so that many pixels are at work at once.
+pub fn rows(plane: &[f64], width: usize, kernel: &Kernel) -> Vec<f64> {
     let radius = kernel.0.len() / 2;
-    let mut filtered = Vec::with_capacity(plane.len());
+    let mut filtered = vec![0.0; plane.len()];
     let mut padded = vec![0.0; width + 2 * radius];
-    for row in plane.chunks_exact(width) {
+    for (row, sums) in plane.chunks_exact(width).zip(filtered.chunks_exact_mut(width)) {
         padded[..radius].fill(row[0]);
         padded[radius..radius + width].copy_from_slice(row);
         padded[radius + width..].fill(row[width - 1]);
-        filtered.extend((0..width).map(|x| padded[x..].iter().zip(&kernel.0).map(|(v, k)| v * k).sum::<f64>()));
+        for (i, weight) in kernel.0.iter().enumerate() {
+            sums.iter_mut().zip(&padded[i..]).for_each(|(sum, v)| *sum += weight * v);
+        }
     }
     filtered
 }
 
-fn columns(plane: &[f64], width: usize, kernel: &Kernel) -> Vec<f64> {
+/// The same along columns.
+pub fn columns(plane: &[f64], width: usize, kernel: &Kernel) -> Vec<f64> {
     let (height, radius) = ((plane.len() / width) as i64, (kernel.0.len() / 2) as i64);
     let mut filtered = vec![0.0; plane.len()];
     for (y, row) in filtered.chunks_exact_mut(width).enumerate() {

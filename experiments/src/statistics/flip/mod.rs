@@ -12,7 +12,7 @@ mod filter;
 
 use crate::metrics::Pixels;
 use colour::{channel, from_opponent, hunt_lab, hyab, luminance, opponent};
-use filter::{Kernel, filter};
+use filter::{Kernel, columns, filter, rows};
 use rayon::prelude::*;
 
 /// Pixels in a degree of visual angle: a screen of 0.7 m and 3840 pixels, 0.7 m away.
@@ -173,10 +173,10 @@ fn features(image: &Image, pixels_per_degree: f64) -> Vec<[f64; 2]> {
     let edge = Kernel::new(radius, |x| -x * gaussian(x));
     let point = Kernel::new(radius, |x| ((x / deviation).powi(2) - 1.0) * gaussian(x));
     let plane: Vec<f64> = image.pixels.iter().map(|p| (p[0] + 16.0) / 116.0).collect();
+    let (smooth_rows, smooth_columns) = (rows(&plane, image.width, &smooth), columns(&plane, image.width, &smooth));
     let strength = |kernel: &Kernel| -> Vec<f64> {
-        let [x, y] =
-            [(kernel, &smooth), (&smooth, kernel)].map(|(rows, columns)| filter(&plane, image.width, rows, columns));
-        x.iter().zip(y).map(|(x, y)| x.hypot(y)).collect()
+        let (x, y) = (rows(&smooth_columns, image.width, kernel), columns(&smooth_rows, image.width, kernel));
+        x.iter().zip(y).map(|(x, y)| (x * x + y * y).sqrt()).collect()
     };
     strength(&edge).into_iter().zip(strength(&point)).map(|(edge, point)| [edge, point]).collect()
 }
