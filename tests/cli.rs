@@ -16,6 +16,7 @@ mod foreign;
 #[cfg(target_os = "linux")]
 mod judged;
 #[cfg(target_os = "linux")]
+mod series;
 mod signals;
 
 fn command(folder: &Path, arguments: &[&str]) -> Command {

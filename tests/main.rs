@@ -34,6 +34,7 @@ mod scattering;
 mod shading_normals;
 mod shapes;
 mod sides;
+mod spectrum;
 mod splats;
 mod statistics;
 mod stress;

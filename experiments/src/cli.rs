@@ -5,8 +5,10 @@ mod parse;
 
 pub use args::{
     BenchArgs, BenchKind, BsdfArgs, ConvertArgs, DiffArgs, ImageArgs, ListArgs, ListKind, LpeArgs, RelightArgs,
-    RenderArgs, ReplayArgs, RunArgs, SceneArgs, VerifyArgs,
+    RenderArgs, ReplayArgs, RunArgs, SceneArgs, SpectrumArgs, VerifyArgs,
 };
+
+pub use parse::MaxOrder;
 
 use crate::error::{BAD_INPUT, Error, Status};
 use crate::machine::VERSION;
@@ -14,7 +16,7 @@ use crate::progress::Verbosity;
 use crate::stop::Stop;
 use crate::{
     bench, bsdf, convert_command, diff_command, list_command, lpe_command, relight_command, render_command,
-    replay_command, run_command, scene_command, verify_command,
+    replay_command, run_command, scene_command, spectrum_command, verify_command,
 };
 use clap::{Parser, Subcommand};
 use integrators::Methods;
@@ -56,6 +58,8 @@ pub enum Command {
     Diff(DiffArgs),
     /// Look at a scattering model: its parameters, albedo and pictures.
     Bsdf(BsdfArgs),
+    /// Measure how much light each order carries, how fast orders fall, and what is left beyond the last.
+    Spectrum(SpectrumArgs),
     /// Say what light-path expressions mean, and whether they are disjoint and complete.
     Lpe(LpeArgs),
     /// Measure how fast rays are followed, and whether any gets through closed surfaces.
@@ -98,6 +102,7 @@ fn execute(cli: &Cli, methods: &Methods) -> Result<Status, Error> {
         Command::Relight(args) => relight_command::relight(args),
         Command::Diff(args) => diff_command::diff(args),
         Command::Bsdf(args) => bsdf::bsdf(args),
+        Command::Spectrum(args) => spectrum_command::spectrum(args, methods, verbosity, &signals()?),
         Command::Lpe(args) => lpe_command::lpe(args),
         Command::Bench(args) => bench::bench(args),
         Command::List(args) => list_command::list(args, methods),
@@ -150,6 +155,6 @@ mod tests {
         let Some(Command::Render(args)) = cli.command else { panic!("not a render") };
         let image = &args.image;
         assert_eq!((image.method.as_str(), image.max_order, image.replicates, image.seed), ("path", None, 4, 0));
-        assert_eq!((image.spp, image.tail, args.layers), (None, false, LayerSelection::default()));
+        assert_eq!((image.spp, image.tail, args.layers), (None, None, LayerSelection::default()));
     }
 }

@@ -1,7 +1,7 @@
 //! `neumann render`: one scene, one method, one image with all its orders.
 
 use crate::budget::{self, Budget};
-use crate::cli::{ImageArgs, RenderArgs, print};
+use crate::cli::{ImageArgs, MaxOrder, RenderArgs, print};
 use crate::error::{Error, Status};
 use crate::export::exr::{ImageMeta, write_measurement};
 use crate::export::pyramid;
@@ -14,8 +14,9 @@ use crate::progress::{Progress, Verbosity, while_loading};
 use crate::statistics_file::{Context, Seconds, Statistics};
 use crate::stop::Stop;
 use crate::subject::{DEFAULT_SPP, Subject};
+use crate::truncation::{DEFAULT_PART, Truncation};
 use integrators::render::{self, check_window};
-use integrators::{Integrator, Measurement, Methods, PartSettings, Render, RenderSettings, Window};
+use integrators::{Integrator, Measurement, Methods, Orders, PartSettings, Render, RenderSettings, Window};
 use scenes::Scene;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -25,8 +26,12 @@ use std::time::Instant;
 /// # Errors
 /// If anything asked for is impossible: found out before any ray is traced, but for a disk that fills up.
 pub fn render(args: &RenderArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
-    let job = while_loading(verbosity, || Job::prepare(args, methods))?;
+    let mut job = while_loading(verbosity, || Job::prepare(args, methods))?;
     let pool = budget::pool(args.threads)?;
+    if args.image.max_order == Some(MaxOrder::Auto) {
+        let allowed = args.image.tail.flatten().unwrap_or(DEFAULT_PART);
+        pool.install(|| job.truncate(allowed, stop))?;
+    }
     let (measurement, status) = pool.install(|| job.run(verbosity, stop))?;
     let write = Instant::now();
     write_measurement(&job.output, &measurement, &job.meta(), args.layers)?;
@@ -62,6 +67,8 @@ struct Job {
     /// What the image is taken apart into.
     parts: PartSettings,
     budget: Budget,
+    /// How the last order was chosen, if it was.
+    truncation: Option<Truncation>,
     output: PathBuf,
     seconds: Seconds,
 }
@@ -79,7 +86,16 @@ impl Job {
         let window = args.crop.clone().unwrap_or_else(|| Window::of(&scene));
         check_window(&scene, &window)?;
         let parts = parts::settings(args.layers, &args.lpe)?;
-        Ok(Self { scene, window, method, settings, parts, budget, output, seconds })
+        let truncation = None;
+        Ok(Self { scene, window, method, settings, parts, budget, truncation, output, seconds })
+    }
+
+    /// Takes as many orders as it needs to leave out no more than this part of the image.
+    fn truncate(&mut self, allowed: f64, stop: &Stop) -> Result<(), Error> {
+        let chosen = Truncation::choose(&self.scene, &*self.method, &self.settings, allowed, stop)?;
+        self.settings.orders = Orders::up_to(chosen.max_order);
+        self.truncation = Some(chosen);
+        Ok(())
     }
 
     /// All replicates, or those that were complete when the user asked for an end.
@@ -139,6 +155,7 @@ impl Job {
             skipped: self.scene.needs.skipped(),
             missing_light: path_class::missing(&*self.method, &self.scene),
             bias: self.method.bias(),
+            truncation: self.truncation,
         }
     }
 
@@ -154,6 +171,9 @@ impl Job {
             m.replicates,
             m.seconds()
         );
+        if let Some(truncation) = &self.truncation {
+            text += &format!("  {}\n", truncation.in_words());
+        }
         for missing in path_class::missing(&*self.method, &self.scene) {
             text += &format!("  {} cannot carry here: {missing}\n", self.method.name());
         }

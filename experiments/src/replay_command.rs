@@ -1,6 +1,6 @@
 //! `neumann replay`: one sample of an image, traced again.
 
-use crate::cli::{ReplayArgs, print};
+use crate::cli::{MaxOrder, ReplayArgs, print};
 use crate::config::samples_per_replicate;
 use crate::error::{Error, Status};
 use crate::progress::{Verbosity, while_loading};
@@ -34,6 +34,11 @@ pub fn contributions(args: &ReplayArgs, methods: &Methods) -> Result<(String, Ve
     if args.replicate >= image.replicates {
         let last = image.replicates - 1;
         return Err(Error::usage(format!("--replicate {}: there are replicates 0 to {last}", args.replicate)));
+    }
+    if image.max_order == Some(MaxOrder::Auto) {
+        return Err(Error::usage(
+            "--max-order auto: a sample is traced again with the order that was chosen; name it, as the render told it",
+        ));
     }
     let Subject { scene, method, settings, .. } = Subject::load(image, methods)?;
     let settings = RenderSettings { samples_per_replicate, ..settings };

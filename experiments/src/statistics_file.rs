@@ -1,6 +1,7 @@
 //! `--stats`: what a render measured, as JSON.
 
 use crate::machine::{VERSION, peak_memory};
+use crate::truncation::Truncation;
 use integrators::{Bias, Layer, Measurement, Part, Quantity};
 use serde::Serialize;
 use serde_json::Value;
@@ -37,6 +38,9 @@ pub struct Statistics {
     parts: Vec<PartEntry>,
     missing_light: Vec<String>,
     bias: Bias,
+    /// How the last order was chosen; absent where it was given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    truncation: Option<Truncation>,
     peak_memory_bytes: Option<u64>,
 }
 
@@ -105,6 +109,8 @@ pub struct Context {
     pub missing_light: Vec<String>,
     /// How the mean of the method's images stands to the truth.
     pub bias: Bias,
+    /// How the last order was chosen, if it was.
+    pub truncation: Option<Truncation>,
 }
 
 impl Statistics {
@@ -159,6 +165,7 @@ impl Statistics {
             parts: m.parts().filter_map(part).collect(),
             missing_light: context.missing_light,
             bias: context.bias,
+            truncation: context.truncation,
             peak_memory_bytes: peak_memory(),
         }
     }

@@ -1,6 +1,6 @@
 //! A scene and a method as the command line names them, ready for one image.
 
-use crate::cli::ImageArgs;
+use crate::cli::{ImageArgs, MaxOrder};
 use crate::config::{self, HIGHEST_ORDER};
 use crate::error::Error;
 use crate::statistics_file::Seconds;
@@ -33,6 +33,7 @@ impl Subject {
     /// # Errors
     /// If anything asked for is not there or makes no sense.
     pub fn load(args: &ImageArgs, methods: &Methods) -> Result<Self, Error> {
+        check_series(args)?;
         let method = methods.build(&args.method, &settings::of_method(&args.set, &args.method)?)?;
         let sampler = config::sampler(&args.sampler)?;
         let filter = args.filter.as_deref().map(config::filter).transpose()?;
@@ -47,7 +48,8 @@ impl Subject {
         let seconds = Seconds { load, build: start.elapsed().as_secs_f64() - load, ..Seconds::default() };
         let orders = orders(args, &scene)?;
         // Who says which orders are wanted says so of the tail as well.
-        let tail = args.tail || (scene.series.tail && args.max_order.is_none() && args.orders.is_none());
+        let tail = (args.tail.is_some() && args.max_order != Some(MaxOrder::Auto))
+            || (scene.series.tail && args.max_order.is_none() && args.orders.is_none());
         let settings = render_settings(&*method, orders, tail, args.seed, sampler);
         Ok(Self { scene, method, settings, seconds })
     }
@@ -72,8 +74,30 @@ pub fn render_settings(
     }
 }
 
+/// Whether what is said of orders goes together.
+fn check_series(args: &ImageArgs) -> Result<(), Error> {
+    let auto = args.max_order == Some(MaxOrder::Auto);
+    if auto && args.orders.is_some() {
+        return Err(Error::usage(
+            "--max-order auto chooses the orders itself; leave out --orders, or name the last order",
+        ));
+    }
+    match args.tail {
+        Some(Some(_)) if !auto => Err(Error::usage(
+            "--tail takes a part of the image only with --max-order auto; add that, or leave out the number to have all orders",
+        )),
+        _ => Ok(()),
+    }
+}
+
 fn orders(args: &ImageArgs, scene: &Scene) -> Result<Orders, Error> {
-    let max_order = args.max_order.or(scene.series.max_order).unwrap_or(DEFAULT_MAX_ORDER);
+    let given = match args.max_order {
+        Some(MaxOrder::Order(order)) => Some(order),
+        // Until it is known which.
+        Some(MaxOrder::Auto) => Some(0),
+        None => scene.series.max_order,
+    };
+    let max_order = given.unwrap_or(DEFAULT_MAX_ORDER);
     if max_order > HIGHEST_ORDER {
         return Err(Error::usage(format!("--max-order {max_order} is above {HIGHEST_ORDER}")));
     }

@@ -30,6 +30,7 @@ pub mod direct;
 pub mod exact;
 pub mod film;
 pub mod fireflies;
+pub mod flux;
 pub mod light;
 pub mod lpe;
 pub mod measurement;

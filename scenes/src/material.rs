@@ -10,6 +10,7 @@ use crate::subsurface::Body;
 use crate::texture::Texture;
 use sampling::Vec3;
 use sampling::bsdf::{Arguments, Bsdf, Lobes};
+use sampling::math::Spectrum;
 
 /// Names a material of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -126,6 +127,21 @@ impl Material {
             Self::Constant(bsdf) => matches!(bsdf, Bsdf::Lambert(_)),
             Self::Varying(_) | Self::Sided(_) => self.parts().iter().all(Varying::is_lambertian),
             Self::Subsurface(_) => false,
+        }
+    }
+
+    /// The largest albedo of a Lambertian surface; `None` for others, and where it follows the surface.
+    pub fn lambertian_albedo(&self) -> Option<Spectrum> {
+        match self {
+            Self::Constant(Bsdf::Lambert(lambert)) => Some(lambert.albedo),
+            Self::Varying(_) | Self::Sided(_) => {
+                let largest = |most: Spectrum, part: &Varying| {
+                    part.relief.is_none().then_some(())?;
+                    Some(most.max(part.scattering.lambertian_albedo()?))
+                };
+                self.parts().iter().try_fold(Spectrum::ZERO, largest)
+            }
+            Self::Constant(_) | Self::Subsurface(_) => None,
         }
     }
 

@@ -164,6 +164,13 @@ impl Scene {
         &self.materials
     }
 
+    /// The largest albedo of any surface, channel by channel: no scattering leaves more of the light. `None` where that is not known for
+    /// certain: where some surface is not Lambertian, or has an albedo that follows the surface.
+    pub fn largest_albedo(&self) -> Option<Spectrum> {
+        let largest = |most: Spectrum, material: &Material| Some(most.max(material.lambertian_albedo()?));
+        self.materials.iter().try_fold(Spectrum::ZERO, largest)
+    }
+
     /// The first surface point on the ray's interval (0, `t_max`).
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Interaction> {

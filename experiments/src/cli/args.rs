@@ -1,6 +1,9 @@
 //! What can be typed after each command.
 
-use super::parse::{parse_count, parse_crop, parse_pair, parse_seconds, parse_size, parse_threads};
+use super::parse::{
+    MaxOrder, parse_count, parse_crop, parse_max_order, parse_measured_order, parse_pair, parse_part, parse_seconds,
+    parse_size, parse_threads,
+};
 use crate::config::Until;
 use crate::export::exr::LayerSelection;
 use crate::parts;
@@ -78,15 +81,15 @@ pub struct ImageArgs {
     /// Samples per pixel, over all replicates [default: 64].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub spp: Option<u32>,
-    /// Last order traced one by one [default: the scene's, usually 8].
-    #[arg(long, value_name = "K")]
-    pub max_order: Option<usize>,
+    /// Last order traced one by one [default: the scene's, usually 8]; auto for as many as it takes to leave out no more than --tail.
+    #[arg(long, value_name = "K", value_parser = parse_max_order)]
+    pub max_order: Option<MaxOrder>,
     /// Only these orders, such as 0,2,4-6 [default: all up to --max-order].
     #[arg(long, value_name = "LIST")]
     pub orders: Option<String>,
-    /// Estimate all beyond --max-order too.
-    #[arg(long)]
-    pub tail: bool,
+    /// Estimate all beyond --max-order too; with --max-order auto, the part of the image's mean that may be left out [default: 1e-3].
+    #[arg(long, value_name = "PART", value_parser = parse_part)]
+    pub tail: Option<Option<f64>>,
     /// Image size [default: the scene's].
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
@@ -263,6 +266,37 @@ pub struct BsdfArgs {
     /// All models as they are by default, on one page [default folder: results/bsdfs].
     #[arg(long, conflicts_with_all = ["model", "set"])]
     pub gallery: bool,
+}
+
+/// `neumann spectrum`.
+#[derive(Clone, Debug, Args)]
+pub struct SpectrumArgs {
+    /// A built-in scene's name or a file.
+    pub scene: String,
+    /// Last order measured.
+    #[arg(long, value_name = "K", default_value_t = 32, value_parser = parse_measured_order)]
+    pub max_order: usize,
+    /// The part of all light that may be left out, by which the number of orders needed is told.
+    #[arg(long, value_name = "PART", default_value_t = 1e-3, value_parser = parse_part)]
+    pub accuracy: f64,
+    /// Walks from the emitters, for the flux.
+    #[arg(long, value_name = "N", default_value = "1e6", value_parser = parse_count)]
+    pub paths: u64,
+    /// Samples per pixel, for the image.
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
+    pub spp: u32,
+    /// Independent replicates that share walks and samples.
+    #[arg(long, value_name = "R", default_value_t = 16, value_parser = clap::value_parser!(u32).range(8..))]
+    pub replicates: u32,
+    /// Seed of all random numbers.
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Threads [default: all cores].
+    #[arg(long, value_name = "T", value_parser = parse_threads)]
+    pub threads: Option<usize>,
+    /// As JSON.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `neumann lpe`.

@@ -1,5 +1,6 @@
 //! What stands behind flags, read.
 
+use crate::config::HIGHEST_ORDER;
 use integrators::Window;
 
 pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
@@ -21,6 +22,41 @@ pub fn parse_crop(text: &str) -> Result<Window, String> {
         }
         Ok([_, _, _, _]) => Err("width and height must be at least 1; write for example 32,16,64,64".to_owned()),
         _ => Err("give column and row of the first pixel, width and height, for example 32,16,64,64".to_owned()),
+    }
+}
+
+/// The last order of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MaxOrder {
+    /// The lowest beyond which little enough is left.
+    Auto,
+    /// This one.
+    Order(usize),
+}
+
+pub fn parse_max_order(text: &str) -> Result<MaxOrder, String> {
+    match text {
+        "auto" => Ok(MaxOrder::Auto),
+        _ => text.parse().map(MaxOrder::Order).map_err(|_| "give an order such as 8, or auto".to_owned()),
+    }
+}
+
+/// Fewer orders than two pairs and one before them do not tell how they fall.
+pub fn parse_measured_order(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(order) if (5..=HIGHEST_ORDER).contains(&order) => Ok(order),
+        _ => Err(format!("give an order from 5 to {HIGHEST_ORDER}")),
+    }
+}
+
+/// A part of a whole.
+pub fn parse_part(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(part) if part > 0.0 && part < 1.0 => Ok(part),
+        _ => {
+            Err("this is no part such as 1e-3, between 0 and 1; where something else follows, write it before the flag"
+                .to_owned())
+        }
     }
 }
 

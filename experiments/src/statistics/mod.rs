@@ -9,6 +9,7 @@
 //!   [`bias`]: bias² apart from variance; [`time`]: the seconds to a given error, or never;
 //! - [`welch`]: do two means differ, and what difference would have been found; [`multiple`]: many tests at once;
 //!   [`uniformity`]: are p-values uniform; [`sequential`]: intervals that may be looked at after every replicate;
+//! - [`series`]: how the orders of a series fall, and what is left beyond the last;
 //! - [`flip`]: how different two images look.
 //!
 //! What every interval assumes, its source and its measured coverage are in `docs/statistics.md`; `tests/coverage.rs` measures it.
@@ -22,6 +23,7 @@ pub mod means;
 pub mod multiple;
 pub mod positive;
 pub mod sequential;
+pub mod series;
 pub mod slopes;
 pub mod time;
 pub mod uniformity;

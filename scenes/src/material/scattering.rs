@@ -101,6 +101,21 @@ impl Scattering {
         }
     }
 
+    /// The largest albedo, where every point scatters as Lambert's law says and that is known.
+    pub(super) fn lambertian_albedo(&self) -> Option<Spectrum> {
+        let of = |bsdf: &Bsdf| if let Bsdf::Lambert(lambert) = bsdf { Some(lambert.albedo) } else { None };
+        match self {
+            Self::Same(bsdf) => of(bsdf),
+            Self::Model(parameters) => {
+                parameters.textures().all(|(.., texture)| texture.range().is_some()).then_some(())?;
+                of(&parameters.with(|texture| texture.range().map_or(Spectrum::ONE, |(_, most)| most)).ok()?)
+            }
+            Self::Blend(blend) => {
+                blend.parts.iter().try_fold(Spectrum::ZERO, |most, part| Some(most.max(part.lambertian_albedo()?)))
+            }
+        }
+    }
+
     /// Whether one of two widths varies: then they differ somewhere.
     pub(super) fn may_be_anisotropic(&self) -> bool {
         match self {

@@ -1,0 +1,267 @@
+//! `neumann spectrum`: how much light each order carries in a scene, how fast orders fall, and what is left beyond the last.
+
+use crate::budget;
+use crate::cli::{SpectrumArgs, print};
+use crate::error::{Error, Status};
+use crate::progress::{Progress, Verbosity, while_loading};
+use crate::report::numbers::{percent, short};
+use crate::statistics::Estimate;
+use crate::statistics::series::{self, Series};
+use crate::stop::Stop;
+use crate::subject::render_settings;
+use crate::truncation::series_of;
+use integrators::flux::Flux;
+use integrators::{Integrator, Methods, Orders, Render, RenderSettings};
+use sampling::sampler::{Role, SamplerKind, StreamKey};
+use scenes::{Emitter, LoadOptions, Scene};
+use serde::Serialize;
+use serde_json::Value;
+use std::fmt::Write;
+
+/// What is rendered of the image: the method that carries all light in every scene.
+const METHOD: &str = "path";
+/// The longer side of the image \[pixels\]; its mean is all that is needed of it.
+const LONGER_SIDE: u32 = 96;
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Report {
+    scene: String,
+    replicates: u32,
+    accuracy: f64,
+    /// Flux leaving surfaces \[W\], with what it cannot exceed.
+    flux: Spread,
+    /// Of the flux, the estimate of the spectral radius of `T`: the root of the order after the next over an order.
+    spectral_radius: Option<Radius>,
+    /// Mean radiance of the image \[W/(m²·sr)\].
+    image: Spread,
+    /// The largest albedo, if it is known for certain.
+    largest_albedo: Option<f64>,
+    /// What the flux of each order cannot exceed \[W\].
+    bounds: Option<Vec<f64>>,
+    /// What the flux of all orders beyond the last cannot exceed \[W\].
+    bound_beyond: Option<f64>,
+    invalid: u64,
+}
+
+/// A quantity of every order; estimates are a number and the ends of its 95 % interval.
+#[derive(Serialize)]
+struct Spread {
+    orders: Vec<Row>,
+    beyond: Option<Number>,
+    total: Option<Number>,
+    /// The lowest order beyond which no more than the accuracy is left.
+    order_needed: Option<usize>,
+}
+
+#[derive(Serialize)]
+struct Row {
+    order: usize,
+    power: Number,
+    /// The next order over this one.
+    ratio: Option<Number>,
+    /// Root of the order after the next over this one, in the channel in which it is largest.
+    root: Option<Number>,
+}
+
+#[derive(Serialize)]
+struct Radius {
+    /// It is of this order and the one after the next.
+    order: usize,
+    channel: &'static str,
+    #[serde(flatten)]
+    estimate: Number,
+}
+
+#[derive(Clone, Copy, Serialize)]
+struct Number {
+    value: f64,
+    interval: Option<(f64, f64)>,
+}
+
+impl From<Estimate> for Number {
+    fn from(estimate: Estimate) -> Self {
+        Self { value: estimate.value, interval: estimate.interval }
+    }
+}
+
+impl From<series::Radius> for Radius {
+    fn from(radius: series::Radius) -> Self {
+        let channel = ["red", "green", "blue"][radius.channel];
+        Self { order: radius.order, channel, estimate: radius.estimate.into() }
+    }
+}
+
+/// Measures a scene.
+///
+/// # Errors
+/// If it cannot be loaded, or holds bodies that light goes through.
+pub fn spectrum(args: &SpectrumArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
+    let scene = while_loading(verbosity, || load(args))?;
+    let method = methods.build(METHOD, &Value::Null)?;
+    if scene.facts.subsurface {
+        return Err(Error::usage(format!(
+            "{}: light goes through bodies here (subsurface), which walks from the emitters cannot follow; `neumann run` with several \
+             max_order shows how orders fall in the image",
+            args.scene
+        )));
+    }
+    let pool = budget::pool(args.threads)?;
+    let report = pool.install(|| measure(args, &scene, &*method, verbosity, stop))?;
+    let text = match args.json {
+        true => serde_json::to_string_pretty(&report).unwrap_or_default() + "\n",
+        false => in_words(&report),
+    };
+    print(&text)?;
+    Ok(if report.invalid == 0 { Status::Done } else { Status::Failed })
+}
+
+fn load(args: &SpectrumArgs) -> Result<Scene, Error> {
+    let loaded = scenes::load(&args.scene, &LoadOptions::default())?;
+    let (width, height) = (loaded.camera.width(), loaded.camera.height());
+    let scale = f64::from(LONGER_SIDE) / f64::from(width.max(height));
+    if scale >= 1.0 {
+        return Ok(loaded);
+    }
+    let scaled = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
+    drop(loaded);
+    Ok(scenes::load(
+        &args.scene,
+        &LoadOptions { size: Some((scaled(width), scaled(height))), ..LoadOptions::default() },
+    )?)
+}
+
+fn measure(
+    args: &SpectrumArgs,
+    scene: &Scene,
+    method: &dyn Integrator,
+    verbosity: Verbosity,
+    stop: &Stop,
+) -> Result<Report, Error> {
+    let (last, replicates) = (args.max_order, args.replicates);
+    let walks = u32::try_from(args.paths.div_ceil(u64::from(replicates))).unwrap_or(u32::MAX);
+    let mut progress = Progress::new(2.0 * f64::from(replicates), verbosity);
+    let mut flux = Vec::new();
+    let mut invalid = 0;
+    progress.say(format!("flux in {}", scene.name));
+    for replicate in 0..replicates {
+        let key = StreamKey::new(args.seed, "flux", Role::Estimate, replicate);
+        let found = progress.during(1.0, |_| Flux::of(scene, last, key, walks));
+        invalid += found.invalid.iter().sum::<u64>();
+        flux.push(found.orders);
+        interrupted(stop)?;
+    }
+    progress.say(format!("{METHOD} in {}", scene.name));
+    let settings = render_settings(method, Orders::up_to(last), false, args.seed, SamplerKind::Independent);
+    let samples_per_replicate = args.spp.div_ceil(replicates);
+    let mut render = Render::new(scene, method, RenderSettings { samples_per_replicate, ..settings })?;
+    for _ in 0..replicates {
+        progress.during(1.0, |report| render.run_replicate(report));
+        interrupted(stop)?;
+    }
+    let image = render.finish();
+    invalid += image.invalid.iter().sum::<u64>();
+    let (flux, image) = (Series::new(flux), series_of(&image));
+    let albedo = scene.largest_albedo().map(|albedo| f64::from(albedo.max_component()));
+    let emitted: f64 = scene.emitters.iter().map(Emitter::power).sum();
+    let bound = |k: usize| albedo.map(|rho| rho.powi(k as i32) * emitted);
+    let beyond = albedo.map(|rho| rho.powi(last as i32 + 1) * emitted / (1.0 - rho));
+    Ok(Report {
+        scene: scene.name.clone(),
+        replicates,
+        accuracy: args.accuracy,
+        spectral_radius: flux.radius().map(Radius::from),
+        flux: Spread::of(&flux, args.accuracy),
+        image: Spread::of(&image, args.accuracy),
+        largest_albedo: albedo,
+        bounds: (0..=last).map(bound).collect(),
+        bound_beyond: beyond.filter(|bound| bound.is_finite()),
+        invalid,
+    })
+}
+
+fn interrupted(stop: &Stop) -> Result<(), Error> {
+    stop.signal().map_or(Ok(()), |signal| Err(Error::Interrupted(signal)))
+}
+
+impl Spread {
+    fn of(series: &Series, accuracy: f64) -> Self {
+        let last = series.last();
+        let root = |k: usize| {
+            let channels = (0..3).filter_map(|c| series.root(k, c));
+            channels.max_by(|a, b| a.value.total_cmp(&b.value))
+        };
+        let row = |order: usize| Row {
+            order,
+            power: series.power(order).into(),
+            ratio: (order < last).then(|| series.ratio(order)).flatten().map(Number::from),
+            root: (order + 2 <= last).then(|| root(order)).flatten().map(Number::from),
+        };
+        Self {
+            orders: (0..=last).map(row).collect(),
+            beyond: series.beyond(last).map(Number::from),
+            total: series.total().map(Number::from),
+            order_needed: series.order_for(accuracy),
+        }
+    }
+}
+
+fn with_interval(number: Option<Number>, unit: &str) -> String {
+    match number {
+        None => "none".to_owned(),
+        Some(Number { value, interval: Some((low, high)) }) => {
+            format!("{}{unit} ({} to {})", short(value), short(low), short(high))
+        }
+        Some(Number { value, interval: None }) => format!("{}{unit}", short(value)),
+    }
+}
+
+fn in_words(report: &Report) -> String {
+    let last = report.flux.orders.len() - 1;
+    let mut text = format!("{}, orders 0 to {last}, {} replicates\n", report.scene, report.replicates);
+    text += "  order      flux [W]      next     root    at most         image      next     root\n";
+    for (k, (flux, image)) in report.flux.orders.iter().zip(&report.image.orders).enumerate() {
+        let bound = report.bounds.as_ref().map_or("none".to_owned(), |bounds| short(bounds[k]));
+        let cells = [&flux.ratio, &flux.root, &image.ratio, &image.root]
+            .map(|cell| cell.map_or(String::new(), |n| format!("{:.4}", n.value)));
+        let [a, b, c, d] = cells;
+        let _ = writeln!(
+            text,
+            "  {k:>5} {:>13} {a:>9} {b:>8} {bound:>10} {:>13} {c:>9} {d:>8}",
+            short(flux.power.value),
+            short(image.power.value)
+        );
+    }
+    for (name, spread, unit) in [("flux", &report.flux, " W"), ("image", &report.image, "")] {
+        let _ = writeln!(text, "  {name}: {}", told(spread, unit, last, report.accuracy));
+    }
+    let radius = report.spectral_radius.as_ref().map_or("none: nothing is scattered twice".to_owned(), |radius| {
+        let (from, to) = (radius.order, radius.order + 2);
+        format!("about {}, by orders {from} and {to} in {}", with_interval(Some(radius.estimate), ""), radius.channel)
+    });
+    let _ = writeln!(text, "  spectral radius of T: {radius}");
+    let bound = match (report.bound_beyond, report.largest_albedo) {
+        (Some(bound), Some(albedo)) => {
+            format!("{} W, since no surface scatters more than {} of the light", short(bound), percent(albedo))
+        }
+        _ => "none: some surface has no albedo that is known for certain to be below 1".to_owned(),
+    };
+    let _ = writeln!(text, "  bound of the flux beyond order {last}: {bound}");
+    if report.invalid > 0 {
+        let _ = writeln!(text, "  non-finite samples were left out: {}", report.invalid);
+    }
+    text
+}
+
+fn told(spread: &Spread, unit: &str, last: usize, accuracy: f64) -> String {
+    let needed = match spread.order_needed {
+        Some(order) => format!("0 to {order}"),
+        None => format!("that go beyond {last}"),
+    };
+    format!(
+        "all orders {}, beyond order {last} {}; all but {} of it is in orders {needed}",
+        with_interval(spread.total, unit),
+        with_interval(spread.beyond, unit),
+        percent(accuracy)
+    )
+}

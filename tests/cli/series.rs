@@ -1,0 +1,66 @@
+//! How many orders there are to be: told by `neumann spectrum`, chosen by `--max-order auto`.
+
+use super::*;
+
+#[test]
+fn as_many_orders_are_rendered_as_the_tail_asks_for_and_what_is_left_out_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let render = |more: &[&str]| {
+        let image = ["render", "cornell_box", "--size", "32x32", "--spp", "8", "-o", "x.exr", "--stats", "x.json"];
+        let told = succeed(folder.path(), &[&image[..], more].concat());
+        let pixels = read_layers(&folder.path().join("x.exr")).unwrap().layer("").unwrap().pixels.clone();
+        (told, json(folder.path(), "x.json"), pixels)
+    };
+    let (told, fine, _) = render(&["--max-order", "auto", "--tail", "1e-3"]);
+    let truncation = &fine["truncation"];
+    let order = truncation["max_order"].as_u64().unwrap();
+    assert!(truncation["at_most"].as_f64().unwrap() <= 1e-3 && truncation["left_out"].as_f64().unwrap() > 1e-5);
+    assert!(told.contains(&format!("orders 0 to {order}; about")) && told.contains("is left out, at most"), "{told}");
+    // A tenth falls below every second order or so, and rays with it.
+    let (_, coarse, pixels) = render(&["--max-order", "auto", "--tail", "0.05"]);
+    let few = coarse["truncation"]["max_order"].as_u64().unwrap();
+    assert!(few >= 2 && few < order && order < 20, "{few} {order}");
+    assert!(coarse["rays"]["closest"].as_u64() < fine["rays"]["closest"].as_u64());
+    // What is chosen is rendered as if it had been asked for.
+    let (_, asked, same) = render(&["--max-order", &few.to_string()]);
+    assert!(pixels == same && asked.get("truncation").is_none());
+}
+
+#[test]
+fn orders_that_cannot_be_chosen_are_refused_with_the_mend() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |arguments: &[&str]| {
+        let output = neumann(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(2));
+        text(&output.stderr)
+    };
+    assert!(refused(&["render", "cornell_box", "--tail", "1e-3"]).contains("only with --max-order auto"));
+    assert!(refused(&["render", "--tail", "cornell_box"]).contains("write it before the flag"));
+    assert!(refused(&["render", "cornell_box", "--max-order", "auto", "--orders", "1"]).contains("leave out --orders"));
+    assert!(refused(&["replay", "cornell_box", "--max-order", "auto", "--pixel", "1,1"]).contains("name it"));
+    assert!(refused(&["render", "cornell_box", "--max-order", "many"]).contains("or auto"));
+    assert!(refused(&["spectrum", "cornell_box", "--max-order", "3"]).contains("from 5 to"));
+}
+
+#[test]
+fn a_spectrum_is_told_in_words_and_in_json() {
+    let folder = tempfile::tempdir().unwrap();
+    let spectrum = ["spectrum", "cornell_box", "--paths", "40000", "--spp", "16", "--max-order", "10"];
+    let words = succeed(folder.path(), &spectrum);
+    for part in [
+        "spectral radius of T: about 0.5",
+        "bound of the flux beyond order 10: 0.",
+        "all but 0.10 % of it is in orders",
+    ] {
+        assert!(words.contains(part), "{part}: {words}");
+    }
+    let told: Value = serde_json::from_str(&succeed(folder.path(), &[&spectrum[..], &["--json"]].concat())).unwrap();
+    let flux = |k: usize| told["flux"]["orders"][k]["power"]["value"].as_f64().unwrap();
+    let ratio = told["flux"]["orders"][3]["ratio"]["value"].as_f64().unwrap();
+    assert!((ratio / (flux(4) / flux(3)) - 1.0).abs() < 1e-9);
+    let (beyond, bound) = (told["flux"]["beyond"]["value"].as_f64().unwrap(), told["bound_beyond"].as_f64().unwrap());
+    assert!(beyond > 0.0 && beyond < bound, "{beyond} {bound}");
+    // Glass scatters all of the light, as far as is known for certain.
+    let glass = ["spectrum", "glass_caustic", "--paths", "4000", "--spp", "16", "--max-order", "6"];
+    assert!(succeed(folder.path(), &glass).contains("bound of the flux beyond order 6: none"));
+}

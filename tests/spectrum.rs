@@ -1,0 +1,96 @@
+//! What is told of all orders by a few of them, against renders that trace them all.
+
+use integrators::flux::Flux;
+use integrators::{Methods, Orders, Render, RenderSettings};
+use neumann::statistics::Interval;
+use neumann::statistics::series::Series;
+use sampling::sampler::{Role, SamplerKind, StreamKey};
+use scenes::LoadOptions;
+use serde_json::Value;
+
+const REPLICATES: u32 = 16;
+
+fn flux(scene: &scenes::Scene, last: usize, walks: u32, seed: u64) -> Series {
+    let key = |replicate| StreamKey::new(seed, "flux", Role::Estimate, replicate);
+    Series::new((0..REPLICATES).map(|r| Flux::of(scene, last, key(r), walks).orders).collect())
+}
+
+/// The image means of orders, and beyond them all of the rest in one layer, if asked for.
+fn image(scene: &scenes::Scene, last: usize, tail: bool, seed: u64) -> Series {
+    let method = Methods::standard().build("path", &Value::Null).unwrap();
+    let settings = RenderSettings {
+        orders: Orders::up_to(last),
+        tail,
+        samples_per_replicate: 8,
+        seed,
+        sampler: SamplerKind::Independent,
+        instance: "path".to_owned(),
+        role: Role::Estimate,
+    };
+    let mut render = Render::new(scene, &*method, settings).unwrap();
+    (0..REPLICATES).for_each(|_| render.run_replicate(&|_| {}));
+    Series::new(render.finish().replicate_means)
+}
+
+/// Whether two numbers agree: 2.5 times what their 95 % intervals reach, which is more than 5 standard errors of the difference. False alarms
+/// of all comparisons here: below 10⁻⁴.
+fn agree((a, of_a): (f64, Option<Interval>), (b, of_b): (f64, Option<Interval>)) -> bool {
+    let reach = |interval: Option<Interval>| interval.map_or(0.0, |(low, high)| (high - low) / 2.0);
+    (a - b).abs() <= 2.5 * (reach(of_a) + reach(of_b)) + 1e-6 * a.abs()
+}
+
+#[test]
+fn a_few_orders_and_what_they_foretell_are_all_of_them() {
+    for name in scenes::builtin_names() {
+        let scene = scenes::load(name, &LoadOptions { size: Some((24, 24)), ..LoadOptions::default() }).unwrap();
+        let foretold = flux(&scene, 20, 8000, 1).total().unwrap_or_else(|| panic!("{name}: flux does not fall"));
+        let traced = flux(&scene, 200, 8000, 2);
+        let all = (0..=200).map(|k| traced.power(k).value).sum::<f64>();
+        let told = traced.total().unwrap();
+        assert!(agree((foretold.value, foretold.interval), (all, told.interval)), "{name}: flux {foretold:?} {all}");
+        assert!((told.value / all - 1.0).abs() < 1e-6, "{name}: {told:?} {all}");
+
+        // Mirrors and lamps seen by chance make single orders of an image too uneven for their ratios to be told.
+        if ["glass_caustic", "mirror_caustic"].contains(name) {
+            continue;
+        }
+        let foretold = image(&scene, 16, false, 1).total().unwrap_or_else(|| panic!("{name}: the image does not fall"));
+        let traced = image(&scene, 2, true, 2);
+        let sum = traced.sum();
+        assert!(
+            agree((foretold.value, foretold.interval), (sum.value, sum.interval)),
+            "{name}: image {foretold:?} {sum:?}"
+        );
+    }
+}
+
+/// Where the operator has one eigenvalue alone, the mean albedo, every pair of orders tells it; as it falls, so does the bound.
+#[test]
+fn the_spectral_radius_of_a_sphere_is_its_mean_albedo() {
+    let scene = scenes::load("integrating_sphere", &LoadOptions::default()).unwrap();
+    let radius = flux(&scene, 12, 20_000, 3).radius().unwrap();
+    let albedo = 0.5;
+    assert!(agree((radius.estimate.value, radius.estimate.interval), (albedo, None)), "{radius:?}");
+    let (low, high) = radius.estimate.interval.unwrap();
+    assert!(high - low < 0.02, "{radius:?}");
+}
+
+/// No order exceeds what the largest albedo allows, and in a furnace of one albedo it is no less.
+#[test]
+fn the_bound_of_an_order_holds_and_is_sharp_in_a_furnace() {
+    let load = |name: &str| scenes::load(name, &LoadOptions::default()).unwrap();
+    for (name, sharp) in [("cornell_box", false), ("furnace", true)] {
+        let scene = load(name);
+        let albedo = f64::from(scene.largest_albedo().unwrap().max_component());
+        let emitted: f64 = scene.emitters.iter().map(scenes::Emitter::power).sum();
+        let series = flux(&scene, 10, 4000, 4);
+        for k in 0..=10 {
+            let (bound, power) = (albedo.powi(k as i32) * emitted, series.power(k));
+            let (low, high) = power.interval.unwrap();
+            assert!(low <= bound, "{name} {k}: {power:?} {bound}");
+            // The channel of the largest albedo attains it alone, with 0.75 of the mean emission.
+            assert!(!sharp || 3.0 * high >= 0.74 * bound, "{name} {k}: {power:?} {bound}");
+        }
+    }
+    assert!(load("glass_caustic").largest_albedo().is_none());
+}
