@@ -12,7 +12,7 @@ const REPLICATES: u32 = 16;
 
 fn flux(scene: &scenes::Scene, last: usize, walks: u32, seed: u64) -> Series {
     let key = |replicate| StreamKey::new(seed, "flux", Role::Estimate, replicate);
-    Series::new((0..REPLICATES).map(|r| Flux::of(scene, last, key(r), walks).orders).collect())
+    Series::new((0..REPLICATES).map(|r| Flux::of(scene, &[], last, key(r), walks).orders).collect())
 }
 
 /// The image means of orders, and beyond them all of the rest in one layer, if asked for.
@@ -93,4 +93,60 @@ fn the_bound_of_an_order_holds_and_is_sharp_in_a_furnace() {
         }
     }
     assert!(load("glass_caustic").largest_albedo().is_none());
+}
+
+/// The flux that walks from the emitters bring to a floor is what walks from a meter on it find, order by order: the two are adjoint.
+#[test]
+fn what_falls_on_a_floor_is_what_a_meter_on_it_sees() {
+    let room = |meter: &str| {
+        let quad = |label: &str, origin: &str, u: &str, v: &str| {
+            format!(
+                "[[shapes]]\ntype = \"quad\"\nlabel = \"{label}\"\norigin = {origin}\nedge_u = {u}\nedge_v = {v}\nmaterial = \"grey\"\n"
+            )
+        };
+        let walls = quad("floor", "[-1, 0, 1]", "[2, 0, 0]", "[0, 0, -2]")
+            + &quad("back", "[-1, 0, -1]", "[2, 0, 0]", "[0, 2, 0]")
+            + &quad("left", "[-1, 0, 1]", "[0, 0, -2]", "[0, 2, 0]");
+        let ball = "[[shapes]]\ntype = \"sphere\"\nlabel = \"lamp\"\ncenter = [0.3, 1.2, 0]\nradius = 0.2\nmaterial = \"grey\"\nemission = [3, 2, 1]\n";
+        format!("[camera]\n{meter}[materials.grey]\ntype = \"lambert\"\nalbedo = [0.7, 0.5, 0.3]\n{walls}{ball}")
+    };
+    let meter = "type = \"irradiance\"\nposition = [0, 0.0001, 0]\ntarget = [0, 1, 0]\nup = [0, 0, -1]\nrectangle = [2, 2]\nwidth = 8\nheight = 8\n";
+    let origin = scenes::description::Origin { scene: "room", file: "room.toml", folder: None, attachments: &[] };
+    let scene = scenes::description::read(&room(meter), origin, None).unwrap().build(scenes::Skip::Unneeded).unwrap();
+    let floor = scene.region("floor").unwrap();
+    assert!((floor.area.unwrap() - 4.0).abs() < 1e-6);
+    let lamp = scene.region("lamp").unwrap();
+    let key = |replicate| StreamKey::new(5, "flux", Role::Estimate, replicate);
+    let flux: Vec<Flux> =
+        (0..REPLICATES).map(|r| Flux::of(&scene, &[floor.clone(), lamp.clone()], 4, key(r), 10_000)).collect();
+    let series = |of: &dyn Fn(&Flux) -> Vec<[f64; 3]>| Series::new(flux.iter().map(of).collect());
+    let (arriving, leaving) = (series(&|f| f.meters[0].arriving.clone()), series(&|f| f.meters[0].leaving.clone()));
+    let emitted = series(&|f| f.meters[1].leaving.clone());
+    let method = Methods::standard().build("path", &Value::Null).unwrap();
+    let settings = RenderSettings {
+        orders: Orders::up_to(4),
+        tail: false,
+        samples_per_replicate: 256,
+        seed: 1,
+        sampler: SamplerKind::Independent,
+        instance: "path".to_owned(),
+        role: Role::Estimate,
+    };
+    let mut render = Render::new(&scene, &*method, settings).unwrap();
+    (0..REPLICATES).for_each(|_| render.run_replicate(&|_| {}));
+    let seen = Series::new(render.finish().replicate_means);
+    for k in 0..=4 {
+        let (flux, irradiance) = (arriving.power(k), seen.power(k));
+        let times_area = irradiance.interval.map(|(low, high)| (4.0 * low, 4.0 * high));
+        assert!(
+            agree((flux.value, flux.interval), (4.0 * irradiance.value, times_area)),
+            "order {k}: {flux:?} {irradiance:?}"
+        );
+        assert!(flux.value > 0.0 && (k == 0 || leaving.power(k).value < arriving.power(k - 1).value));
+    }
+    // What is scattered is what fell there, by its albedo; and a lamp emits what its area does.
+    let albedo = leaving.power(1).value / arriving.power(0).value;
+    assert!((0.3..0.7).contains(&albedo), "{albedo}");
+    let exact = 2.0 * std::f64::consts::PI * 4.0 * std::f64::consts::PI * 0.04;
+    assert!(agree((emitted.power(0).value, emitted.power(0).interval), (exact, None)), "{emitted:?} {exact}");
 }

@@ -4,8 +4,8 @@ mod args;
 mod parse;
 
 pub use args::{
-    BenchArgs, BenchKind, BsdfArgs, ConvertArgs, DiffArgs, ImageArgs, ListArgs, ListKind, LpeArgs, RelightArgs,
-    RenderArgs, ReplayArgs, RunArgs, SceneArgs, SpectrumArgs, VerifyArgs,
+    BenchArgs, BenchKind, BsdfArgs, ConvertArgs, DiffArgs, ImageArgs, ListArgs, ListKind, LpeArgs, MeterArgs,
+    RelightArgs, RenderArgs, ReplayArgs, RunArgs, SceneArgs, SpectrumArgs, VerifyArgs,
 };
 
 pub use parse::MaxOrder;
@@ -15,8 +15,8 @@ use crate::machine::VERSION;
 use crate::progress::Verbosity;
 use crate::stop::Stop;
 use crate::{
-    bench, bsdf, convert_command, diff_command, list_command, lpe_command, relight_command, render_command,
-    replay_command, run_command, scene_command, spectrum_command, verify_command,
+    bench, bsdf, convert_command, diff_command, list_command, lpe_command, meter_command, relight_command,
+    render_command, replay_command, run_command, scene_command, spectrum_command, verify_command,
 };
 use clap::{Parser, Subcommand};
 use integrators::Methods;
@@ -60,6 +60,8 @@ pub enum Command {
     Bsdf(BsdfArgs),
     /// Measure how much light each order carries, how fast orders fall, and what is left beyond the last.
     Spectrum(SpectrumArgs),
+    /// Measure the light that falls on a surface and the light that leaves it, order by order.
+    Meter(MeterArgs),
     /// Say what light-path expressions mean, and whether they are disjoint and complete.
     Lpe(LpeArgs),
     /// Measure how fast rays are followed, and whether any gets through closed surfaces.
@@ -103,6 +105,7 @@ fn execute(cli: &Cli, methods: &Methods) -> Result<Status, Error> {
         Command::Diff(args) => diff_command::diff(args),
         Command::Bsdf(args) => bsdf::bsdf(args),
         Command::Spectrum(args) => spectrum_command::spectrum(args, methods, verbosity, &signals()?),
+        Command::Meter(args) => meter_command::meter(args, verbosity, &signals()?),
         Command::Lpe(args) => lpe_command::lpe(args),
         Command::Bench(args) => bench::bench(args),
         Command::List(args) => list_command::list(args, methods),

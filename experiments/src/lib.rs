@@ -35,6 +35,7 @@ pub mod list_command;
 pub mod lpe_command;
 pub mod machine;
 pub mod manifest;
+pub mod meter_command;
 pub mod metrics;
 pub mod observations;
 pub mod output;

@@ -146,7 +146,7 @@ fn measure(
     progress.say(format!("flux in {}", scene.name));
     for replicate in 0..replicates {
         let key = StreamKey::new(args.seed, "flux", Role::Estimate, replicate);
-        let found = progress.during(1.0, |_| Flux::of(scene, last, key, walks));
+        let found = progress.during(1.0, |_| Flux::of(scene, &[], last, key, walks));
         invalid += found.invalid.iter().sum::<u64>();
         flux.push(found.orders);
         interrupted(stop)?;

@@ -33,6 +33,8 @@ pub(crate) struct Surface {
     pub emitter: Option<EmitterId>,
     /// Its place among the meshes with vertex normals, texture coordinates or colours.
     pub attributes: Option<u32>,
+    /// Its area \[m²\], one side; `None` in a group, whose instances have areas of their own.
+    pub area: Option<f64>,
 }
 
 /// What an analytic surface has of its own.

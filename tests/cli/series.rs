@@ -64,3 +64,27 @@ fn a_spectrum_is_told_in_words_and_in_json() {
     let glass = ["spectrum", "glass_caustic", "--paths", "4000", "--spp", "16", "--max-order", "6"];
     assert!(succeed(folder.path(), &glass).contains("bound of the flux beyond order 6: none"));
 }
+
+#[test]
+fn meters_tell_what_falls_on_surfaces_and_what_leaves_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let listed = succeed(folder.path(), &["scene", "cornell_box"]);
+    let labels = listed.lines().find(|line| line.trim_start().starts_with("labels")).unwrap().to_owned();
+    let label = labels.split_whitespace().nth(1).unwrap().trim_end_matches(',').to_owned();
+    let meter = ["meter", "cornell_box", "--on", &label, "--paths", "20000", "--max-order", "3"];
+    let words = succeed(folder.path(), &meter);
+    assert!(words.contains("irradiance [W/m²]") && words.contains("radiosity [W/m²]") && words.contains(&label), "{words}");
+    let told: Value = serde_json::from_str(&succeed(folder.path(), &[&meter[..], &["--json"]].concat())).unwrap();
+    let on = &told["meters"][0];
+    let area = on["area"].as_f64().unwrap();
+    let number = |of: &Value| of["value"].as_f64().unwrap();
+    for row in on["orders"].as_array().unwrap() {
+        assert!((number(&row["irradiance"]) * area - number(&row["arriving"])).abs() < 1e-9);
+        assert!((number(&row["radiosity"]) * area - number(&row["leaving"])).abs() < 1e-9);
+    }
+    let sum: f64 = on["orders"].as_array().unwrap().iter().map(|row| number(&row["leaving"])).sum();
+    assert!((number(&on["sum"]["leaving"]) - sum).abs() < 1e-9);
+    let output = neumann(folder.path(), &["meter", "cornell_box", "--on", &format!("{label}x")]);
+    let message = text(&output.stderr);
+    assert!(output.status.code() == Some(2) && message.contains(&format!("did you mean `{label}`")), "{message}");
+}

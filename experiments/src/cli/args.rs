@@ -1,8 +1,8 @@
 //! What can be typed after each command.
 
 use super::parse::{
-    MaxOrder, parse_count, parse_crop, parse_max_order, parse_measured_order, parse_pair, parse_part, parse_seconds,
-    parse_size, parse_threads,
+    MaxOrder, parse_count, parse_crop, parse_max_order, parse_measured_order, parse_order, parse_pair, parse_part,
+    parse_seconds, parse_size, parse_threads,
 };
 use crate::config::Until;
 use crate::export::exr::LayerSelection;
@@ -287,6 +287,34 @@ pub struct SpectrumArgs {
     pub spp: u32,
     /// Independent replicates that share walks and samples.
     #[arg(long, value_name = "R", default_value_t = 16, value_parser = clap::value_parser!(u32).range(8..))]
+    pub replicates: u32,
+    /// Seed of all random numbers.
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Threads [default: all cores].
+    #[arg(long, value_name = "T", value_parser = parse_threads)]
+    pub threads: Option<usize>,
+    /// As JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `neumann meter`.
+#[derive(Clone, Debug, Args)]
+pub struct MeterArgs {
+    /// A built-in scene's name or a file.
+    pub scene: String,
+    /// What to measure: surfaces of this label, or of the material of this name (see `neumann scene`).
+    #[arg(long, required = true, value_name = "LABEL")]
+    pub on: Vec<String>,
+    /// Last order measured.
+    #[arg(long, value_name = "K", default_value_t = 8, value_parser = parse_order)]
+    pub max_order: usize,
+    /// Walks from the emitters.
+    #[arg(long, value_name = "N", default_value = "1e6", value_parser = parse_count)]
+    pub paths: u64,
+    /// Independent replicates that share them.
+    #[arg(long, value_name = "R", default_value_t = 16, value_parser = clap::value_parser!(u32).range(4..))]
     pub replicates: u32,
     /// Seed of all random numbers.
     #[arg(long, value_name = "S", default_value_t = 0)]

@@ -41,11 +41,19 @@ pub fn parse_max_order(text: &str) -> Result<MaxOrder, String> {
     }
 }
 
+pub fn parse_order(text: &str) -> Result<usize, String> {
+    order_from(0, text)
+}
+
 /// Fewer orders than two pairs and one before them do not tell how they fall.
 pub fn parse_measured_order(text: &str) -> Result<usize, String> {
+    order_from(5, text)
+}
+
+fn order_from(least: usize, text: &str) -> Result<usize, String> {
     match text.parse() {
-        Ok(order) if (5..=HIGHEST_ORDER).contains(&order) => Ok(order),
-        _ => Err(format!("give an order from 5 to {HIGHEST_ORDER}")),
+        Ok(order) if (least..=HIGHEST_ORDER).contains(&order) => Ok(order),
+        _ => Err(format!("give an order from {least} to {HIGHEST_ORDER}")),
     }
 }
 

@@ -28,7 +28,7 @@ impl Parts {
         ends: &[Spectrum],
         name: &str,
     ) -> Result<AreaEmitter, SceneError> {
-        let (shape, area) = self.area_shape(placed);
+        let (shape, area) = (self.area_shape(placed), self.area(placed));
         if area.is_nan() || area <= 0.0 {
             return Err(SceneError::invalid(
                 format!("{name} emits but has no area"),
@@ -51,15 +51,29 @@ impl Parts {
         Ok(emitter)
     }
 
-    fn area_shape(&self, placed: &Placed) -> (AreaShape, f64) {
+    /// The area \[m²\] of the shape that has just been placed, one side.
+    pub(super) fn area(&self, placed: &Placed) -> f64 {
         match placed {
             Placed::Analytic => match self.analytic.last().expect("it has just been placed") {
-                Analytic::Sphere(sphere) => (AreaShape::Sphere(*sphere), f64::from(sphere.area())),
-                Analytic::Disk(disk) => (AreaShape::Disk(disk.clone()), disk.area()),
-                Analytic::Cylinder(cylinder) => (AreaShape::Cylinder(cylinder.clone()), cylinder.area()),
+                Analytic::Sphere(sphere) => f64::from(sphere.area()),
+                Analytic::Disk(disk) => disk.area(),
+                Analytic::Cylinder(cylinder) => cylinder.area(),
             },
-            Placed::Quad { quad, range } => (AreaShape::Quad(*quad), area_of(&self.triangles[range.clone()])),
-            Placed::Mesh(range) => (self.emitting_mesh(range.clone()), area_of(&self.triangles[range.clone()])),
+            Placed::Quad { range, .. } | Placed::Mesh(range) => {
+                self.triangles[range.clone()].iter().map(Triangle::area).sum()
+            }
+        }
+    }
+
+    fn area_shape(&self, placed: &Placed) -> AreaShape {
+        match placed {
+            Placed::Analytic => match self.analytic.last().expect("it has just been placed") {
+                Analytic::Sphere(sphere) => AreaShape::Sphere(*sphere),
+                Analytic::Disk(disk) => AreaShape::Disk(disk.clone()),
+                Analytic::Cylinder(cylinder) => AreaShape::Cylinder(cylinder.clone()),
+            },
+            Placed::Quad { quad, .. } => AreaShape::Quad(*quad),
+            Placed::Mesh(range) => self.emitting_mesh(range.clone()),
         }
     }
 
@@ -111,8 +125,4 @@ impl Parts {
             .collect();
         AreaShape::Mesh { triangles, cumulative }
     }
-}
-
-fn area_of(triangles: &[Triangle]) -> f64 {
-    triangles.iter().map(Triangle::area).sum()
 }

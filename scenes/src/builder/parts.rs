@@ -73,6 +73,7 @@ impl Parts {
     /// Adds a shape, which messages call by its name: its surface, and its emitter if it emits.
     pub fn add(&mut self, shape: Shape, name: &str, shift: DVec3) -> Result<(), SceneError> {
         let (material, emission, label) = (shape.material, shape.emission.clone(), shape.label.clone());
+        let grouped = shape.group.is_some();
         let attributes_before = self.attributes.len();
         let placed = self.place(shape, name, shift)?;
         let index = material.0 as usize;
@@ -104,7 +105,8 @@ impl Parts {
         };
         let attributes = (self.attributes.len() > attributes_before).then_some(attributes_before as u32);
         let id = SurfaceId(self.surfaces.len() as u32);
-        self.surfaces.push(Surface { id, material, emitter, attributes });
+        let area = (!grouped).then(|| self.area(&placed));
+        self.surfaces.push(Surface { id, material, emitter, attributes, area });
         self.labels.add_surface(label, emitter.is_some());
         Ok(())
     }
