@@ -34,7 +34,7 @@ impl Observations {
         Self {
             covariances: (layers <= MAX_COVARIANCE_LAYERS).then(|| Covariances::new(pixels, layers)),
             errors: judge.map(|_| Errors::new(pixels, layers)),
-            flips: judge.map_or(Vec::new(), |judge| vec![Vec::new(); judge.faces().len()]),
+            flips: judge.map_or(Vec::new(), |judge| vec![Vec::new(); judge.flip_references().len()]),
             ..Self::default()
         }
     }
@@ -56,12 +56,12 @@ impl Observations {
             errors.push(judge.reference(), image);
         }
         for (layer, values) in self.flips.iter_mut().enumerate() {
-            let layers = if layer + 1 < judge.faces().len() { layer..layer + 1 } else { 0..layer };
+            let layers = if layer + 1 < judge.flip_references().len() { layer..layer + 1 } else { 0..layer };
             let face = |pixel: usize| {
                 let sum = |c: usize| layers.clone().map(|layer| image(layer, pixel)[c]).sum::<f64>() as f32;
                 [sum(0), sum(1), sum(2)]
             };
-            let reference = &judge.faces()[layer];
+            let reference = &judge.flip_references()[layer];
             let test: Vec<[f32; 3]> = (0..reference.len()).map(face).collect();
             values.push(flip::mean(&flip::hdr(judge.width(), reference, &test, PIXELS_PER_DEGREE)));
         }

@@ -20,7 +20,7 @@ use integrators::{PartSettings, Render, RenderSettings, Request, Window, render}
 use reference::Works;
 pub use reference::hash as reference_hash;
 use std::sync::Arc;
-use until::{Goal, Quest};
+use until::{RunLength, StoppingRule};
 
 mod cost;
 mod reference;
@@ -48,20 +48,20 @@ pub struct Outcome {
 pub fn run(plan: &mut Plan, states: &mut States, verbosity: Verbosity, stop: &Stop) -> Result<Outcome, Error> {
     let samples = samples_per_replicate(plan, states, stop)?;
     check_states(plan, &samples, states)?;
-    let goals = goals(plan, &samples, states, stop)?;
-    let mut runner = Runner { states, progress: Progress::new(total_work(plan, &samples, &goals), verbosity), stop };
+    let lengths = lengths(plan, &samples, states, stop)?;
+    let mut runner = Runner { states, progress: Progress::new(total_work(plan, &samples, &lengths), verbosity), stop };
     let mut outcome = Outcome::default();
     if let Some(asked) = &plan.experiment.integrals {
         let (samplers, seed) = (&plan.experiment.sampler.0, plan.experiment.seed);
         outcome.integrals = integrals::measure(samplers, asked, seed, runner.states, &mut runner.progress, stop)?;
     }
-    for (scene, (samples, goal)) in samples.iter().zip(&goals).enumerate() {
+    for (scene, (samples, length)) in samples.iter().zip(&lengths).enumerate() {
         let first = outcome.methods.len();
         let truth = runner.reference(plan, scene, &mut outcome.renders)?;
         if plan.reference.is_some() && stop.signal().is_some() {
             break;
         }
-        runner.compare_methods(plan, scene, (samples, goal), truth.as_ref(), &mut outcome)?;
+        runner.compare_methods(plan, scene, (samples, length), truth.as_ref(), &mut outcome)?;
         let truth = truth.map(|truth| SceneTruth { scene: plan.scenes[scene].name.clone(), truth });
         outcome.references.extend(truth);
         if plan.experiment.marginal_cost && stop.signal().is_none() {
@@ -126,12 +126,12 @@ fn by_pilot(
 }
 
 /// When each scene's methods have replicates enough.
-fn goals(plan: &Plan, samples: &[Vec<u32>], states: &mut States, stop: &Stop) -> Result<Vec<Goal>, Error> {
+fn lengths(plan: &Plan, samples: &[Vec<u32>], states: &mut States, stop: &Stop) -> Result<Vec<RunLength>, Error> {
     let fewest = plan.budget.replicates;
     let Some(until) = plan.experiment.until else {
-        return Ok(plan.scenes.iter().map(|_| Goal::Replicates(fewest)).collect());
+        return Ok(plan.scenes.iter().map(|_| RunLength::Replicates(fewest)).collect());
     };
-    let mut goal = |(scene, samples): (&PlannedScene, &Vec<u32>)| {
+    let mut length = |(scene, samples): (&PlannedScene, &Vec<u32>)| {
         let mut most = Vec::new();
         for (planned, &n) in plan.methods.iter().zip(samples) {
             let mut all = plan.experiment.max_spp.unwrap_or(u32::MAX);
@@ -140,9 +140,9 @@ fn goals(plan: &Plan, samples: &[Vec<u32>], states: &mut States, stop: &Stop) ->
             }
             most.push((all / n).max(fewest));
         }
-        Ok(Goal::Until(Quest { until, max_order: plan.experiment.max_order, fewest, most }))
+        Ok(RunLength::Until(StoppingRule { until, max_order: plan.experiment.max_order, fewest, most }))
     };
-    plan.scenes.iter().zip(samples).map(&mut goal).collect()
+    plan.scenes.iter().zip(samples).map(&mut length).collect()
 }
 
 /// What the images of a method in a scene are rendered by.
@@ -183,9 +183,9 @@ fn check_states(plan: &Plan, samples: &[Vec<u32>], states: &States) -> Result<()
 }
 
 /// Pixel samples of the whole plan, at most.
-fn total_work(plan: &Plan, samples: &[Vec<u32>], goals: &[Goal]) -> f64 {
-    let images = plan.scenes.iter().zip(samples.iter().zip(goals)).map(|(scene, (samples, goal))| {
-        let of = |(i, &n): (usize, &u32)| f64::from(n) * f64::from(goal.most(i));
+fn total_work(plan: &Plan, samples: &[Vec<u32>], lengths: &[RunLength]) -> f64 {
+    let images = plan.scenes.iter().zip(samples.iter().zip(lengths)).map(|(scene, (samples, length))| {
+        let of = |(i, &n): (usize, &u32)| f64::from(n) * f64::from(length.most(i));
         pixels(scene) * samples.iter().enumerate().map(of).sum::<f64>()
     });
     let asked = plan.reference.as_ref().map_or(0, |reference| reference.asked.replicates);
@@ -245,7 +245,7 @@ impl Runner<'_> {
         &mut self,
         plan: &Plan,
         scene: usize,
-        (samples, goal): (&[u32], &Goal),
+        (samples, length): (&[u32], &RunLength),
         truth: Option<&Arc<Truth>>,
         outcome: &mut Outcome,
     ) -> Result<(), Error> {
@@ -257,11 +257,11 @@ impl Runner<'_> {
             let noted = Observations::of_images(work.pixels(), layers.len(), judge.as_ref());
             jobs.push(Job::open(work, noted, judge, self.states)?);
         }
-        self.take_turns(&mut jobs, goal)?;
+        self.take_turns(&mut jobs, length)?;
         outcome.renders.extend(jobs.iter().map(Job::record));
         jobs.retain(|job| job.replicates() > 0);
-        if let Goal::Until(quest) = goal {
-            outcome.sequences.extend(quest.rows(&jobs));
+        if let RunLength::Until(rule) = length {
+            outcome.sequences.extend(rule.rows(&jobs));
         }
         let targets = &plan.experiment.time_to_error;
         outcome.methods.extend(jobs.into_iter().map(|job| result(job, targets)));
@@ -283,7 +283,7 @@ impl Runner<'_> {
             for planned in &plan.methods {
                 jobs.push(checkpoint(plan, scene, planned, samples, self.states)?);
             }
-            self.take_turns(&mut jobs, &Goal::Replicates(convergence.replicates))?;
+            self.take_turns(&mut jobs, &RunLength::Replicates(convergence.replicates))?;
             renders.extend(jobs.iter().map(Job::record));
             if jobs.iter().any(|job| job.replicates() < convergence.replicates) {
                 return Ok(points);
@@ -294,12 +294,12 @@ impl Runner<'_> {
     }
 
     /// Has all jobs render until they have replicates enough, or until the user asks for an end; their states are saved then.
-    fn take_turns(&mut self, jobs: &mut [Job], goal: &Goal) -> Result<(), Error> {
+    fn take_turns(&mut self, jobs: &mut [Job], length: &RunLength) -> Result<(), Error> {
         for job in jobs.iter() {
             self.progress.skip(f64::from(job.replicates()) * job.work());
         }
         for replicate in 0.. {
-            let wanted = goal.wants(jobs, replicate);
+            let wanted = length.wants(jobs, replicate);
             check_excess(jobs, &wanted, replicate)?;
             if !wanted.contains(&true) {
                 break;
@@ -311,7 +311,7 @@ impl Runner<'_> {
                 }
                 let (scene, label, what) = (&job.scene.name, &job.planned.label, &job.what);
                 let of = if what == IMAGE { String::new() } else { format!(", {what}") };
-                let most = goal.most(turn);
+                let most = length.most(turn);
                 self.progress.say(format!("{scene}, {label}{of}, {} of {most}", replicate + 1));
                 let seconds = self.progress.during(job.work(), |report| job.run_replicate(report));
                 let ended = self.stop.signal().is_some();

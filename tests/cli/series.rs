@@ -73,7 +73,10 @@ fn meters_tell_what_falls_on_surfaces_and_what_leaves_them() {
     let label = labels.split_whitespace().nth(1).unwrap().trim_end_matches(',').to_owned();
     let meter = ["meter", "cornell_box", "--on", &label, "--paths", "20000", "--max-order", "3"];
     let words = succeed(folder.path(), &meter);
-    assert!(words.contains("irradiance [W/m²]") && words.contains("radiosity [W/m²]") && words.contains(&label), "{words}");
+    assert!(
+        words.contains("irradiance [W/m²]") && words.contains("radiosity [W/m²]") && words.contains(&label),
+        "{words}"
+    );
     let told: Value = serde_json::from_str(&succeed(folder.path(), &[&meter[..], &["--json"]].concat())).unwrap();
     let on = &told["meters"][0];
     let area = on["area"].as_f64().unwrap();

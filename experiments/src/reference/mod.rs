@@ -93,12 +93,12 @@ impl Truth {
         let chosen: Vec<usize> = layers.iter().filter_map(|l| self.layers.iter().position(|mine| mine == l)).collect();
         let all = chosen.len() == self.layers.len();
         let images = if all { Arc::clone(&self.images) } else { Arc::new(self.images.of(&chosen, self.layers.len())) };
-        let face = |layer: Option<usize>| self.mean(layer).map(|v| v.map(|v| v as f32)).collect();
-        let faces = match metrics.contains(&Metric::Flip) {
-            true => chosen.iter().map(|&i| Some(i)).chain([None]).map(face).collect(),
+        let flip_reference = |layer: Option<usize>| self.mean(layer).map(|v| v.map(|v| v as f32)).collect();
+        let flip_references = match metrics.contains(&Metric::Flip) {
+            true => chosen.iter().map(|&i| Some(i)).chain([None]).map(flip_reference).collect(),
             false => Vec::new(),
         };
-        Judge { images, faces, width: self.size[0] }
+        Judge { images, flip_references, width: self.size[0] }
     }
 }
 
@@ -106,7 +106,7 @@ impl Truth {
 #[derive(Clone)]
 pub struct Judge {
     images: Arc<Images>,
-    faces: Vec<Vec<[f32; 3]>>,
+    flip_references: Vec<Vec<[f32; 3]>>,
     width: usize,
 }
 
@@ -118,8 +118,8 @@ impl Judge {
     }
 
     /// What the eye compares with, layer by layer, the sum last; nothing where that is not asked for.
-    pub fn faces(&self) -> &[Vec<[f32; 3]>] {
-        &self.faces
+    pub fn flip_references(&self) -> &[Vec<[f32; 3]>] {
+        &self.flip_references
     }
 
     /// Pixels in a row.

@@ -1,6 +1,6 @@
 //! What every order costs beside those before it: renders that end with each of them, by turns.
 
-use super::{Goal, Runner};
+use super::{RunLength, Runner};
 use crate::error::Error;
 use crate::job::{Job, Work};
 use crate::observations::Observations;
@@ -55,7 +55,7 @@ impl Runner<'_> {
         if self.stop.signal().is_some() {
             return Ok(());
         }
-        self.take_turns(&mut jobs, &Goal::Replicates(REPLICATES))?;
+        self.take_turns(&mut jobs, &RunLength::Replicates(REPLICATES))?;
         if jobs.iter().any(|job| job.replicates() < REPLICATES) {
             return Ok(());
         }

@@ -1,6 +1,6 @@
 //! Makes the references of scenes: pilots first, then one half after the other.
 
-use super::{Goal, Runner};
+use super::{RunLength, Runner};
 use crate::error::Error;
 use crate::job::{Job, Work};
 use crate::observations::{Observations, Share};
@@ -131,7 +131,7 @@ impl Runner<'_> {
         for (i, work) in works.into_iter().enumerate() {
             jobs.push(Job::open(work, noted(i), None, self.states)?);
         }
-        self.take_turns(&mut jobs, &Goal::Replicates(replicates))?;
+        self.take_turns(&mut jobs, &RunLength::Replicates(replicates))?;
         renders.extend(jobs.iter().map(Job::record));
         Ok(jobs.iter().all(|job| job.replicates() >= replicates).then_some(jobs))
     }

@@ -12,15 +12,15 @@ use integrators::{Bias, Layer};
 use sampling::moments::Moments;
 
 /// How many replicates jobs that take turns get.
-pub enum Goal {
+pub enum RunLength {
     /// So many each.
     Replicates(u32),
     /// As many as it takes.
-    Until(Quest),
+    Until(StoppingRule),
 }
 
 /// A target and its limits.
-pub struct Quest {
+pub struct StoppingRule {
     /// The target.
     pub until: Until,
     /// The last order traced one by one.
@@ -31,31 +31,31 @@ pub struct Quest {
     pub most: Vec<u32>,
 }
 
-impl Goal {
+impl RunLength {
     /// The most replicates that a job gets.
     pub fn most(&self, job: usize) -> u32 {
         match self {
-            Goal::Replicates(replicates) => *replicates,
-            Goal::Until(quest) => quest.most[job],
+            RunLength::Replicates(replicates) => *replicates,
+            RunLength::Until(rule) => rule.most[job],
         }
     }
 
     /// Which of the jobs get one more replicate than so many.
     pub fn wants(&self, jobs: &[Job], replicates: u32) -> Vec<bool> {
-        let quest = match self {
-            Goal::Replicates(most) => return vec![replicates < *most; jobs.len()],
-            Goal::Until(quest) => quest,
+        let rule = match self {
+            RunLength::Replicates(most) => return vec![replicates < *most; jobs.len()],
+            RunLength::Until(rule) => rule,
         };
-        let open = |job: usize| replicates < quest.most[job] && jobs[job].replicates() >= replicates;
-        if replicates < quest.fewest {
+        let open = |job: usize| replicates < rule.most[job] && jobs[job].replicates() >= replicates;
+        if replicates < rule.fewest {
             return (0..jobs.len()).map(open).collect();
         }
-        let behind = quest.behind(jobs, replicates);
+        let behind = rule.behind(jobs, replicates);
         (0..jobs.len()).map(|job| open(job) && behind[job]).collect()
     }
 }
 
-impl Quest {
+impl StoppingRule {
     /// Which of the jobs have not reached the target with so many replicates.
     fn behind(&self, jobs: &[Job], replicates: u32) -> Vec<bool> {
         let mut behind = vec![false; jobs.len()];
