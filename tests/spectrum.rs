@@ -150,3 +150,29 @@ fn what_falls_on_a_floor_is_what_a_meter_on_it_sees() {
     let exact = 2.0 * std::f64::consts::PI * 4.0 * std::f64::consts::PI * 0.04;
     assert!(agree((emitted.power(0).value, emitted.power(0).interval), (exact, None)), "{emitted:?} {exact}");
 }
+
+/// The ledger of light: what leaves surfaces falls on surfaces or escapes, and of what falls there no more is scattered than fell; by glass
+/// all of it is, on every walk, and by a furnace's wall its albedo.
+#[test]
+fn no_light_is_lost_or_gained_on_the_way() {
+    for name in scenes::builtin_names() {
+        let scene = scenes::load(name, &LoadOptions::default()).unwrap();
+        let mut materials: Vec<String> = scene.labels.surfaces().iter().map(|names| names[0].clone()).collect();
+        materials.sort();
+        materials.dedup();
+        let regions: Vec<_> = materials.iter().map(|label| scene.region(label).unwrap()).collect();
+        let key = StreamKey::new(6, "flux", Role::Estimate, 0);
+        let flux = Flux::of(&scene, &regions, 6, key, 20_000);
+        for (k, c) in (0..=6).flat_map(|k| (0..3).map(move |c| (k, c))) {
+            let falling: f64 = flux.meters.iter().map(|meter| meter.arriving[k][c]).sum();
+            let (leaving, escaped) = (flux.orders[k][c], flux.escaped[k][c]);
+            assert!((falling + escaped - leaving).abs() <= 1e-9 * leaving, "{name} {k}: {falling} {escaped} {leaving}");
+        }
+        for ((label, meter), k) in materials.iter().zip(&flux.meters).flat_map(|m| (0..6).map(move |k| (m, k))) {
+            let sum = |of: &[[f64; 3]], k: usize| of[k].iter().sum::<f64>();
+            let (fell, left) = (sum(&meter.arriving, k), sum(&meter.leaving, k + 1));
+            assert!(left <= fell * (1.0 + 1e-6), "{name} {label} {k}: {left} of {fell}");
+            assert!(label != "glass" || (left - fell).abs() <= 1e-6 * fell, "{name} {label} {k}: {left} of {fell}");
+        }
+    }
+}

@@ -17,6 +17,8 @@ use scenes::{EmitterId, Region, Scene, SurfaceId};
 pub struct Flux {
     /// What leaves all surfaces, of each order from 0 on \[W\], channel by channel.
     pub orders: Vec<[f64; 3]>,
+    /// What meets no surface after that and leaves the scene \[W\].
+    pub escaped: Vec<[f64; 3]>,
     /// What meters measure, one for each region.
     pub meters: Vec<Meter>,
     /// Non-finite contributions, per order. They are left out of every sum, with all that their walks would have brought after them.
@@ -75,6 +77,7 @@ impl Flux {
         batches.iter().for_each(|batch| all.merge(batch));
         let share = |flux: &mut Vec<[f64; 3]>| flux.as_flattened_mut().iter_mut().for_each(|s| *s /= f64::from(walks));
         share(&mut all.orders);
+        share(&mut all.escaped);
         all.meters.iter_mut().for_each(|meter| {
             share(&mut meter.arriving);
             share(&mut meter.leaving);
@@ -84,11 +87,13 @@ impl Flux {
 
     fn none(regions: usize, max_order: usize) -> Self {
         let meters = vec![Meter::new(max_order); regions];
-        Self { orders: vec![[0.0; 3]; max_order + 1], meters, invalid: vec![0; max_order + 1] }
+        let zero = || vec![[0.0; 3]; max_order + 1];
+        Self { orders: zero(), escaped: zero(), meters, invalid: vec![0; max_order + 1] }
     }
 
     fn merge(&mut self, other: &Self) {
         merge(&mut self.orders, &other.orders);
+        merge(&mut self.escaped, &other.escaped);
         self.meters.iter_mut().zip(&other.meters).for_each(|(meter, other)| meter.merge(other));
         self.invalid.iter_mut().zip(&other.invalid).for_each(|(sum, other)| *sum += other);
     }
@@ -113,7 +118,10 @@ impl Flux {
             if beta.is_zero() {
                 return;
             }
-            let Some(hit) = scene.intersect(&ray) else { return };
+            let Some(hit) = scene.intersect(&ray) else {
+                add(&mut self.escaped[order], beta);
+                return;
+            };
             for (meter, region) in self.meters.iter_mut().zip(regions) {
                 if region.has(hit.surface) {
                     add(&mut meter.arriving[order], beta);
