@@ -32,6 +32,8 @@ pub struct BlockFilm<'r> {
     pixel: (u32, u32),
     sample: u32,
     weight: f32,
+    /// How often it counts: once where samples are independent.
+    share: f32,
     sums: Vec<f64>,
     splats: Splats,
     /// Non-finite contributions, per layer.
@@ -54,6 +56,7 @@ impl<'r> BlockFilm<'r> {
             pixel: (0, 0),
             sample: 0,
             weight: 1.0,
+            share: 1.0,
             sums: vec![0.0; pixels * layers * 3],
             splats: Splats::new(window.height().div_ceil(TILE) as usize),
             window,
@@ -74,6 +77,7 @@ impl<'r> BlockFilm<'r> {
     pub fn start(&mut self, tile: Window) {
         self.pixel = (tile.x.start, tile.y.start);
         self.weight = 1.0;
+        self.share = 1.0;
         self.tile = tile;
         self.sums.fill(0.0);
         self.splats.clear();
@@ -206,8 +210,12 @@ impl BlockFilm<'_> {
     #[inline]
     fn place<const N: usize>(&mut self, c: &Contribution, layer: usize, values: [Spectrum; N]) {
         match (c.technique, self.raster.filter) {
-            (Technique::Connect { t: 0 | 1, .. }, Filter::Box) => self.splat(c.raster, layer, values),
-            (Technique::Connect { t: 0 | 1, .. }, _) => self.splat_filtered(c.raster, layer, values),
+            (Technique::Connect { t: 0 | 1, .. }, Filter::Box) => {
+                self.splat(c.raster, layer, values.map(|value| value * self.share));
+            }
+            (Technique::Connect { t: 0 | 1, .. }, _) => {
+                self.splat_filtered(c.raster, layer, values.map(|value| value * self.share));
+            }
             _ => self.add_to(self.pixel, layer, values.map(|value| value * self.weight)),
         }
     }
@@ -217,6 +225,10 @@ impl BlockFilm<'_> {
 pub trait PixelSink: Sink {
     /// Turns to the sample of this number of a pixel of its tile, whose filter gives it this weight.
     fn start_sample(&mut self, pixel: Pixel, number: u32, weight: f32);
+
+    /// Turns to a point that a chain has visited, with its camera walk in a pixel whose filter gives it this weight. It counts so
+    /// many times, whatever it contributes and however.
+    fn start_point(&mut self, pixel: Pixel, weight: f32, share: f32);
 }
 
 impl Sink for BlockFilm<'_> {
@@ -237,6 +249,13 @@ impl PixelSink for BlockFilm<'_> {
         self.sample = number;
         self.weight = weight;
         self.fireflies.iter_mut().for_each(Fireflies::start_sample);
+    }
+
+    #[inline]
+    fn start_point(&mut self, pixel: Pixel, weight: f32, share: f32) {
+        self.pixel = (pixel.x, pixel.y);
+        self.weight = weight * share;
+        self.share = share;
     }
 }
 
@@ -278,6 +297,11 @@ impl PixelSink for PartsFilm<'_, '_> {
     #[inline]
     fn start_sample(&mut self, pixel: Pixel, number: u32, weight: f32) {
         self.0.start_sample(pixel, number, weight);
+    }
+
+    #[inline]
+    fn start_point(&mut self, pixel: Pixel, weight: f32, share: f32) {
+        self.0.start_point(pixel, weight, share);
     }
 }
 
