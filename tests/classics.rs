@@ -26,6 +26,8 @@ fn methods() -> Vec<(&'static str, Value)> {
         ("path", json!({"roulette": "none", "strategy": "emitter"})),
         ("path", json!({"roulette": "none", "strategy": "bsdf"})),
         ("light", json!({"roulette": "none"})),
+        ("pssmlt", json!({"roulette": "none"})),
+        ("mmlt", json!({})),
     ]
 }
 

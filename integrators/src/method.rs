@@ -308,7 +308,11 @@ impl Methods {
             .with::<crate::vcm::Vcm>("vcm", "connections and merged vertices, weighted by MIS over both")
             .with::<crate::ppm::Ppm>("ppm", "progressive photon mapping: camera walks that end among photons")
             .with_integrator("pssmlt", "Metropolis sampling of the random numbers of `path`", Metropolis::<Pssmlt>::new)
-            .with_integrator("mmlt", "Metropolis sampling of the random numbers and strategies of `bdpt`", Metropolis::<Mmlt>::new)
+            .with_integrator(
+                "mmlt",
+                "Metropolis sampling of the random numbers and strategies of `bdpt`",
+                Metropolis::<Mmlt>::new,
+            )
             .with::<crate::exact::Exact>(
                 crate::exact::NAME,
                 "the closed form of a built-in scene's orders, where it has one",

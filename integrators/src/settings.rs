@@ -9,7 +9,10 @@ use serde_json::Value;
 ///
 /// # Errors
 /// If there is no such setting, with the nearest valid name, or a value is not of the setting's kind.
-pub fn parse_settings<E: Serialize + DeserializeOwned + Default>(method: &str, settings: &Value) -> Result<E, MethodError> {
+pub fn parse_settings<E: Serialize + DeserializeOwned + Default>(
+    method: &str,
+    settings: &Value,
+) -> Result<E, MethodError> {
     let bad = |reason: String| MethodError::BadSetting { method: method.to_owned(), reason };
     let defaults = serde_json::to_value(E::default()).map_err(|e| bad(e.to_string()))?;
     let Value::Object(mut merged) = defaults else { return Err(bad("its settings are no table".to_owned())) };

@@ -286,16 +286,18 @@ impl Sampler {
                 Some(dimension) => unit_f32(halton::coordinate(self.sample, dimension, self.sequence_state)),
                 None => stream(self.sample_state, address).next_f32(),
             },
-            Some(SamplerKind::Sobol | SamplerKind::Zsobol) => match sobol::dimension(self.subpath, self.vertex, purpose) {
-                Some(dimension) => {
-                    let seed = mix2(self.scrambling, dimension as u64);
-                    unit_f32(sobol::scrambled(self.coordinates[dimension], (seed >> 32) as u32))
+            Some(SamplerKind::Sobol | SamplerKind::Zsobol) => {
+                match sobol::dimension(self.subpath, self.vertex, purpose) {
+                    Some(dimension) => {
+                        let seed = mix2(self.scrambling, dimension as u64);
+                        unit_f32(sobol::scrambled(self.coordinates[dimension], (seed >> 32) as u32))
+                    }
+                    None => {
+                        let (index, seed) = self.place(address);
+                        unit_f32(sobol::point_1d(index, seed))
+                    }
                 }
-                None => {
-                    let (index, seed) = self.place(address);
-                    unit_f32(sobol::point_1d(index, seed))
-                }
-            },
+            }
             None => {
                 let [u] = self.primary.numbers(self.sample_state, address, (self.subpath, self.vertex, purpose));
                 u
@@ -323,20 +325,20 @@ impl Sampler {
                 }
                 None => self.independent_2d(address),
             },
-            Some(SamplerKind::Sobol | SamplerKind::Zsobol) => match sobol::dimension(self.subpath, self.vertex, purpose) {
-                Some(dimension) => {
-                    let seed = mix2(self.scrambling, dimension as u64);
-                    let x = sobol::scrambled(self.coordinates[dimension], (seed >> 32) as u32);
-                    vec2(unit_f32(x), unit_f32(sobol::scrambled(self.coordinates[dimension + 1], seed as u32)))
+            Some(SamplerKind::Sobol | SamplerKind::Zsobol) => {
+                match sobol::dimension(self.subpath, self.vertex, purpose) {
+                    Some(dimension) => {
+                        let seed = mix2(self.scrambling, dimension as u64);
+                        let x = sobol::scrambled(self.coordinates[dimension], (seed >> 32) as u32);
+                        vec2(unit_f32(x), unit_f32(sobol::scrambled(self.coordinates[dimension + 1], seed as u32)))
+                    }
+                    None => {
+                        let (index, seed) = self.place(address);
+                        Vec2::from_array(sobol::point(index, seed).map(unit_f32))
+                    }
                 }
-                None => {
-                    let (index, seed) = self.place(address);
-                    Vec2::from_array(sobol::point(index, seed).map(unit_f32))
-                }
-            },
-            None => {
-                self.primary.numbers(self.sample_state, address, (self.subpath, self.vertex, purpose)).into()
             }
+            None => self.primary.numbers(self.sample_state, address, (self.subpath, self.vertex, purpose)).into(),
         }
     }
 

@@ -10,6 +10,7 @@ use crate::method::{Pass, Replicate};
 use crate::scratch::Scratch;
 use sampling::Vec2;
 use sampling::sampler::{Purpose, Sampler, SamplerKind};
+use std::ops::Range;
 
 /// The pixel's number, to the sampler, of what all chains share.
 const SHARED: u64 = 1 << 63;
@@ -54,11 +55,36 @@ impl<E: Explored> Chains<'_, E> {
 
     /// Where a chain begins. Each has every seed with its own probability, and all together have every seed as often as they can: they
     /// are a systematic sample, turned by a number that they share.
-    fn seed(&self, number: u64, dice: &mut Sampler) -> Option<u64> {
+    fn seed(&self, number: u64, dice: &mut Sampler) -> Option<(Range<u64>, f64)> {
         dice.start_sample(SHARED, 0);
         let Vec2 { x, y } = dice.get_2d(Purpose::Mutation);
         let turn = f64::from(x) + f64::from(y) / f64::from(1 << 24);
         self.seeds.at((turn + number as f64 / self.blocks().count() as f64).fract())
+    }
+
+    /// Begins a chain at the point of a group that lies so far in the sum of their sizes.
+    fn begin<const CLASSES: bool>(
+        &self,
+        (group, mut rest): (Range<u64>, f64),
+        sampler: &mut Sampler,
+        scratch: &mut Scratch,
+        state: &mut Point<CLASSES>,
+    ) {
+        let mut largest = (group.start, 0.0);
+        for number in group {
+            turn_to_seed(sampler, number);
+            self.space.look(sampler, scratch, state);
+            rest -= state.size;
+            if rest < 0.0 {
+                return;
+            }
+            if state.size > largest.1 {
+                largest = (number, state.size);
+            }
+        }
+        // Rounding has led beyond all of them.
+        turn_to_seed(sampler, largest.0);
+        self.space.look(sampler, scratch, state);
     }
 
     /// One chain: as many mutations as the block has samples.
@@ -74,8 +100,9 @@ impl<E: Explored> Chains<'_, E> {
         let (mut state, mut proposed) =
             (Point::<CLASSES>::new(self.space.request), Point::<CLASSES>::new(self.space.request));
         // Without a seed there is no state that counts, but fresh proposals do.
-        turn_to_seed(&mut sampler, self.seed(number, &mut dice).unwrap_or(0));
-        self.space.look(&mut sampler, &mut scratch, &mut state);
+        if let Some(seed) = self.seed(number, &mut dice) {
+            self.begin(seed, &mut sampler, &mut scratch, &mut state);
+        }
         sampler.accept();
         // It was counted among the seeds.
         state.invalid.fill(0);

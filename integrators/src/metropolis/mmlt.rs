@@ -1,6 +1,6 @@
 //! Multiplexed Metropolis sampling of bidirectional path tracing \[Hachisuka14\].
 
-use super::{Explored, LargeSteps, SmallStep};
+use super::{Bootstrap, Explored, LargeSteps, SmallStep};
 use crate::bdpt::Bdpt;
 use crate::contribution::Sink;
 use crate::measurement::Layer;
@@ -11,7 +11,6 @@ use crate::scratch::Scratch;
 use sampling::sampler::{Purpose, Sampler};
 use scenes::Scene;
 use serde::{Deserialize, Serialize};
-use std::num::NonZeroU16;
 
 /// The settings of multiplexed Metropolis light transport: a point is an order k, one of its k + 2 strategies (s, t), and the path that
 /// this makes, with its MIS weight, k + 2 times.
@@ -26,8 +25,8 @@ pub struct Mmlt {
     pub large_steps: LargeSteps,
     /// The largest small step.
     pub small_step: SmallStep,
-    /// Points for each pixel and replicate at which chains may begin, and by which the image's brightness is known.
-    pub bootstrap: NonZeroU16,
+    /// Points for each mutation at which chains may begin, and by which the image's brightness is known.
+    pub bootstrap: Bootstrap,
     /// Probabilities of the orders asked for, each with those before it; no setting, but what a pilot finds. Even if there are none.
     #[serde(skip)]
     pub odds: Vec<f32>,
@@ -38,7 +37,7 @@ impl Default for Mmlt {
         Self {
             large_steps: LargeSteps::default(),
             small_step: SmallStep::default(),
-            bootstrap: NonZeroU16::MIN,
+            bootstrap: Bootstrap::default(),
             odds: Vec::new(),
         }
     }
@@ -46,7 +45,7 @@ impl Default for Mmlt {
 
 impl Mmlt {
     /// The layer that a number in [0, 1) chooses, and its probability.
-    fn choose(&self, layers: usize, u: f32) -> (usize, f32) {
+    pub(super) fn choose(&self, layers: usize, u: f32) -> (usize, f32) {
         if self.odds.len() != layers {
             let layer = ((u * layers as f32) as usize).min(layers - 1);
             return (layer, 1.0 / layers as f32);
@@ -67,12 +66,13 @@ impl Explored for Mmlt {
         Bdpt { roulette: SubpathRoulette::None, ..Bdpt::default() }
     }
 
-    fn steps(&self) -> (LargeSteps, SmallStep, NonZeroU16) {
+    fn steps(&self) -> (LargeSteps, SmallStep, Bootstrap) {
         (self.large_steps, self.small_step, self.bootstrap)
     }
 
     fn unsupported_request(&self, request: &Request) -> Option<String> {
-        let tail = "it chooses one order of those asked for, and the tail has no last one; leave out the tail, or use pssmlt";
+        let tail =
+            "it chooses one order of those asked for, and the tail has no last one; leave out the tail, or use pssmlt";
         request.tail().then(|| tail.to_owned())
     }
 

@@ -22,7 +22,8 @@
 //!
 //! **What is counted.** A sample is a mutation: n samples per pixel are n mutations for every pixel of the image, whatever pixels
 //! they visit, in one chain for every [block](crate::block) of 1024. The points at which chains may begin come on top of that,
-//! `bootstrap` for every pixel, and their rays and seconds are counted with the replicate's.
+//! `bootstrap` for every mutation, and their rays and seconds are counted with the replicate's. They are as many in proportion however
+//! long a replicate is, so that its normalisation becomes exact as the rest does.
 //!
 //! **What it does to orders.** All orders come from the same chains, which visit an order in proportion to the light that it brings: high
 //! orders get few visits. To see them by themselves, ask for them alone.
@@ -38,7 +39,7 @@ mod steps;
 
 pub use mmlt::Mmlt;
 pub use pssmlt::Pssmlt;
-pub use steps::{LargeSteps, SmallStep};
+pub use steps::{Bootstrap, LargeSteps, SmallStep};
 
 use crate::bias::Bias;
 use crate::contribution::{Sink, Technique};
@@ -54,7 +55,6 @@ use seeds::{Seeds, finds_light};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
-use std::num::NonZeroU16;
 use std::ops::RangeInclusive;
 use steps::Steps;
 
@@ -73,8 +73,8 @@ pub trait Explored: Serialize + DeserializeOwned + Default + Clone + Send + Sync
     /// The method of independent samples of the same light.
     fn base(&self) -> Self::Base;
 
-    /// Probability of large steps, size of small ones, points for each pixel at which chains may begin.
-    fn steps(&self) -> (LargeSteps, SmallStep, NonZeroU16);
+    /// Probability of large steps, size of small ones, points for each mutation at which chains may begin.
+    fn steps(&self) -> (LargeSteps, SmallStep, Bootstrap);
 
     /// Why it cannot estimate what is asked for, if so.
     fn unsupported_request(&self, request: &Request) -> Option<String> {
@@ -112,7 +112,7 @@ impl<E: Explored> Metropolis<E> {
 
     fn steps(&self) -> Steps {
         let (large, small, bootstrap) = self.explored.steps();
-        Steps { large: large.probability(), small: small.largest(), bootstrap: u64::from(bootstrap.get()) }
+        Steps { large: large.probability(), small: small.largest(), bootstrap: bootstrap.points() }
     }
 }
 
@@ -179,18 +179,19 @@ impl<E: Explored> Integrator for Metropolis<E> {
         self.explored.base().missing_light(needs)
     }
 
-    fn bytes(&self, pixels: u64, _: &Request) -> u64 {
-        8 * self.steps().bootstrap * pixels
-    }
-
     fn begin<'a>(&'a self, scene: &'a Scene, request: &'a Request, replicate: Replicate) -> Box<dyn Pass + 'a> {
         let steps = self.steps();
-        let points = steps.bootstrap * u64::from(scene.camera.width()) * u64::from(scene.camera.height());
+        let mutations =
+            u64::from(scene.camera.width()) * u64::from(scene.camera.height()) * u64::from(replicate.samples);
+        let points = (steps.bootstrap * mutations as f64).ceil() as u64;
         let space = Space { explored: self.explored.clone(), scene, request };
-        let pilot = Seeds::find(&space, replicate.key.of_pilot(), (points / 8).max(1));
+        let pilot = Seeds::find(&space, replicate.key.of_pilot(), points.div_ceil(8));
         let space = Space { explored: self.explored.informed(&pilot.sizes), ..space };
         let mut seeds = Seeds::find(&space, replicate.key, points);
-        seeds.count(&pilot);
+        seeds.add_work(&pilot);
         Box::new(Chains { space, steps, replicate, seeds, rough: pilot.mean() })
     }
 }
+
+#[cfg(test)]
+mod tests;

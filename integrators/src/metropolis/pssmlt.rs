@@ -1,6 +1,6 @@
 //! Metropolis sampling of path tracing \[Kelemen02\].
 
-use super::{Explored, LargeSteps, SmallStep};
+use super::{Bootstrap, Explored, LargeSteps, SmallStep};
 use crate::contribution::Sink;
 use crate::method::{Estimator, Pixel};
 use crate::path::Path;
@@ -10,7 +10,6 @@ use crate::scratch::Scratch;
 use sampling::sampler::Sampler;
 use scenes::Scene;
 use serde::{Deserialize, Serialize};
-use std::num::NonZeroU16;
 
 /// The settings of primary-sample-space Metropolis light transport: a point is a camera walk with its next-event estimates, all orders
 /// at once.
@@ -21,8 +20,8 @@ pub struct Pssmlt {
     pub large_steps: LargeSteps,
     /// The largest small step.
     pub small_step: SmallStep,
-    /// Points for each pixel and replicate at which chains may begin, and by which the image's brightness is known.
-    pub bootstrap: NonZeroU16,
+    /// Points for each mutation at which chains may begin, and by which the image's brightness is known.
+    pub bootstrap: Bootstrap,
     /// How walks end.
     pub roulette: Roulette,
 }
@@ -32,7 +31,7 @@ impl Default for Pssmlt {
         Self {
             large_steps: LargeSteps::default(),
             small_step: SmallStep::default(),
-            bootstrap: NonZeroU16::MIN,
+            bootstrap: Bootstrap::default(),
             roulette: Roulette::Throughput,
         }
     }
@@ -47,7 +46,7 @@ impl Explored for Pssmlt {
         Path { roulette: self.roulette, ..Path::default() }
     }
 
-    fn steps(&self) -> (LargeSteps, SmallStep, NonZeroU16) {
+    fn steps(&self) -> (LargeSteps, SmallStep, Bootstrap) {
         (self.large_steps, self.small_step, self.bootstrap)
     }
 

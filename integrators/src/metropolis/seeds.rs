@@ -6,6 +6,7 @@ use crate::measurement::Counters;
 use crate::scratch::Scratch;
 use rayon::prelude::*;
 use sampling::sampler::{Role, Sampler, SamplerKind, StreamKey};
+use std::ops::Range;
 
 /// Set in the pixel's number of those that are no chain's, to the sampler.
 const SEEDS: u64 = 1 << 62;
@@ -13,12 +14,17 @@ const SEEDS: u64 = 1 << 62;
 /// Points that are looked at one after another.
 const AT_ONCE: u64 = 256;
 
+/// Points of which one sum is kept; to find one of them, all are looked at again.
+pub(super) const GROUP: u64 = 16;
+
 /// Points that are looked at for light before any work.
 pub(super) const SCOUTS: u64 = 1 << 16;
 
 /// Independent points of a space.
 pub(super) struct Seeds {
-    /// The sums of sizes up to each point.
+    /// How many.
+    count: u64,
+    /// The sums of sizes up to the end of each group.
     sums: Vec<f64>,
     /// Mean size by layer.
     pub sizes: Vec<f64>,
@@ -40,16 +46,19 @@ impl Seeds {
                 turn_to_seed(&mut sampler, number);
                 space.look(&mut sampler, &mut scratch, &mut point);
                 point.add_sizes(&mut sizes);
-                sums.push(point.size);
+                if number.is_multiple_of(GROUP) {
+                    sums.push(0.0);
+                }
+                sums.iter_mut().last().into_iter().for_each(|sum| *sum += point.size);
             }
-            Self { sums, sizes, invalid: point.invalid, counters: scratch.counters }
+            Self { count, sums, sizes, invalid: point.invalid, counters: scratch.counters }
         };
         let pieces: Vec<Self> = (0..count.div_ceil(AT_ONCE)).into_par_iter().map(some).collect();
-        let (sums, sizes, invalid) = (Vec::with_capacity(count as usize), vec![0.0; layers], vec![0; layers]);
-        let mut all = Self { sums, sizes, invalid, counters: Counters::default() };
+        let (sums, sizes, invalid) = (Vec::new(), vec![0.0; layers], vec![0; layers]);
+        let mut all = Self { count, sums, sizes, invalid, counters: Counters::default() };
         let mut sum = 0.0;
         for piece in &pieces {
-            all.count(piece);
+            all.add_work(piece);
             all.sizes.iter_mut().zip(&piece.sizes).for_each(|(all, size)| *all += size / count as f64);
             for size in &piece.sums {
                 sum += size;
@@ -60,22 +69,26 @@ impl Seeds {
     }
 
     /// Counts the work of others too, and what was not finite there.
-    pub fn count(&mut self, others: &Self) {
+    pub fn add_work(&mut self, others: &Self) {
         self.counters += others.counters;
         self.invalid.iter_mut().zip(&others.invalid).for_each(|(all, n)| *all += n);
     }
 
     /// Their mean size, b̂.
     pub fn mean(&self) -> f64 {
-        self.sums.last().map_or(0.0, |sum| sum / self.sums.len() as f64)
+        self.sums.last().map_or(0.0, |sum| sum / self.count as f64)
     }
 
-    /// The number of the point at a place in [0, 1) of the sum of all sizes; `None` where that is 0.
-    pub fn at(&self, place: f64) -> Option<u64> {
+    /// The numbers of the group of points at a place in [0, 1) of the sum of all sizes, and how far in their own sum; `None` where all
+    /// sizes are 0.
+    pub fn at(&self, place: f64) -> Option<(Range<u64>, f64)> {
         let sum = *self.sums.last().filter(|&&sum| sum > 0.0)?;
-        // Rounding may lead to the end, which is the last point of any size.
-        let last = self.sums.partition_point(|&before| before < sum);
-        Some(self.sums.partition_point(|&up_to| up_to <= place * sum).min(last) as u64)
+        // Rounding may lead to the end, which is in the last group of any size.
+        let last = self.sums.partition_point(|&up_to| up_to < sum);
+        let group = self.sums.partition_point(|&up_to| up_to <= place * sum).min(last);
+        let before = if group > 0 { self.sums[group - 1] } else { 0.0 };
+        let first = group as u64 * GROUP;
+        Some((first..(first + GROUP).min(self.count), place * sum - before))
     }
 }
 

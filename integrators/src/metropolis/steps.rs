@@ -9,8 +9,8 @@ pub(super) struct Steps {
     pub large: f64,
     /// The largest small step in any number.
     pub small: f32,
-    /// Points for each pixel at which chains may begin.
-    pub bootstrap: u64,
+    /// Points for each mutation at which chains may begin.
+    pub bootstrap: f64,
 }
 
 /// The probability of large steps, above 0.
@@ -82,5 +82,41 @@ impl TryFrom<f64> for SmallStep {
 impl From<SmallStep> for f64 {
     fn from(step: SmallStep) -> Self {
         step.0
+    }
+}
+
+/// How many independent points are looked at for each mutation, above 0 and up to 64.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "f64", into = "f64")]
+pub struct Bootstrap(f64);
+
+impl Bootstrap {
+    /// Points for each mutation.
+    pub fn points(self) -> f64 {
+        self.0
+    }
+}
+
+impl Default for Bootstrap {
+    fn default() -> Self {
+        Self(0.125)
+    }
+}
+
+impl TryFrom<f64> for Bootstrap {
+    type Error = String;
+    fn try_from(points: f64) -> Result<Self, String> {
+        if points > 0.0 && points <= 64.0 {
+            return Ok(Self(points));
+        }
+        Err(format!(
+            "from {points} points for each mutation no chain can begin in due time; give a number above 0 and up to 64, such as 0.125"
+        ))
+    }
+}
+
+impl From<Bootstrap> for f64 {
+    fn from(bootstrap: Bootstrap) -> Self {
+        bootstrap.0
     }
 }

@@ -160,7 +160,11 @@ mod tests {
         sampler.start_sample(0, 0);
         sampler.accept();
         for number in 1..200 {
-            if number % 7 == 0 { sampler.start_sample(0, number) } else { sampler.start_near(0, number) }
+            if number % 7 == 0 {
+                sampler.start_sample(0, number)
+            } else {
+                sampler.start_near(0, number)
+            }
             if number % often == 0 {
                 look(&mut sampler, &[3, 0, 9, 3]);
             }
