@@ -41,16 +41,16 @@ fn settings(samples: u32, instance: &str) -> RenderSettings {
 #[test]
 fn in_a_sphere_of_known_light_replicates_short_and_long_have_the_truth() {
     let scene = builtin("integrating_sphere", 8);
-    let truth = Truth::new(&scene, |hit, ray| (0..=6).map(|k| grey(exact(&scene, k, hit.point.p, ray.d))).collect());
+    let truth = Truth::new(&scene, |hit, ray| (0..=3).map(|k| grey(exact(&scene, k, hit.point.p, ray.d))).collect());
     let mut family = Family::new("integrating sphere");
     for (name, with) in methods() {
         let method = method_with(name, with);
-        for (samples, replicates) in [(1, 4096), (64, 128)] {
+        for (samples, replicates) in [(1, 8192), (64, 128)] {
             let budget = Budget { samples, replicates, ..Budget::samples(1) };
             truth.compare(&mut family, &format!("{name} {samples}"), method.as_ref(), budget, 2);
         }
     }
-    family.finish(0.9);
+    family.finish(0.6);
 }
 
 fn agree_on(name: &str, entries: &[Entry], conclusive: f64) {
@@ -68,39 +68,42 @@ fn entries(samples: [u32; 3]) -> [Entry; 3] {
 
 #[test]
 fn cornell_box() {
-    agree_on("cornell_box", &entries([96, 96, 32]), 0.9);
+    agree_on("cornell_box", &entries([192, 192, 32]), 0.4);
 }
 
 #[test]
 fn indirect_lamp() {
-    agree_on("indirect_lamp", &entries([256, 96, 32]), 0.5);
+    agree_on("indirect_lamp", &entries([384, 192, 32]), 0.25);
 }
 
+/// What a mirror shows of the lamp by way of the glass is rare and bright: chains are held to their error, and decide nothing.
 #[test]
 fn glass_caustic() {
-    agree_on("glass_caustic", &entries([192, 128, 64]), 0.4);
+    let [pssmlt, mmlt, bdpt] = entries([192, 128, 64]);
+    let light = Entry::new("light", 192).without_roulette();
+    agree_on("glass_caustic", &[pssmlt.of_infinite_variance(), mmlt.of_infinite_variance(), bdpt, light], 0.4);
 }
 
 #[test]
 fn furnace() {
-    agree_on("furnace", &entries([32, 64, 8]), 0.9);
+    agree_on("furnace", &entries([32, 96, 8]), 0.8);
 }
 
-/// Every order of the image mean: of 1024 replicates of 512 mutations, of 32 of 16 thousand, and of `path`. And the brightness of all
+/// Every order of the image mean: of 2048 replicates of 512 mutations, of 64 of 16 thousand, and of `path`. And the brightness of all
 /// orders together, which is what is normalised.
 #[test]
 fn few_long_replicates_are_as_many_short_ones() {
-    let scene = builtin("cornell_box", 16);
-    let path = measure(&scene, method("path").as_ref(), "path", Budget::samples(256).up_to(4));
+    let scene = builtin("furnace", 16);
+    let path = measure(&scene, method("path").as_ref(), "path", Budget::samples(32).up_to(3));
     let mut family = Family::new("short and long");
     for (name, with) in methods() {
         let method = method_with(name, with);
         let of = |samples: u32, replicates: u32| {
-            let budget = Budget { samples, replicates, ..Budget::samples(1).up_to(4) };
+            let budget = Budget { samples, replicates, ..Budget::samples(1).up_to(3) };
             measure(&scene, method.as_ref(), &format!("{name} {samples}"), budget)
         };
-        let (short, long) = (of(2, 1024), of(64, 32));
-        for order in 0..=4 {
+        let (short, long) = (of(2, 2048), of(64, 64));
+        for order in 0..=3 {
             family.image(format!("{name} short order {order}"), short.image(order), path.image(order));
             family.image(format!("{name} long order {order}"), long.image(order), path.image(order));
         }
@@ -172,18 +175,18 @@ fn parts_are_those_of_independent_samples() {
         }
         family.spare(format!("{part:?}"), image(&bdpt, layer), image(&mmlt, layer));
     }
-    family.image("order 1", image(&bdpt, 1), image(&mmlt, 1));
-    family.finish(1.0);
     let scene = builtin("integrating_sphere", 4);
     let bdpt = render(&scene, ("bdpt", json!({"roulette": "none"})), &parts, 128);
-    let mmlt = render(&scene, ("mmlt", json!({})), &parts, 128);
-    let mut family = Family::new("strategies of a sphere");
+    let mmlt = render(&scene, ("mmlt", json!({})), &parts, 512);
     for (layer, part) in bdpt.parts() {
         if let Part::Strategy { s, t, .. } = part
             && s + t <= 5
         {
-            family.image(format!("{part:?}"), image(&bdpt, layer), image(&mmlt, layer));
+            family.spare(format!("sphere {part:?}"), image(&bdpt, layer), image(&mmlt, layer));
         }
+    }
+    for order in 0..=1 {
+        family.image(format!("sphere order {order}"), image(&bdpt, order), image(&mmlt, order));
     }
     family.finish(1.0);
 }
