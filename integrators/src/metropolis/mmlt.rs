@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 /// \[Hachisuka14\] has chains for each order; here order and strategy are numbers of a point like all others. So a small step
 /// may change them, and chains visit an order in proportion to the light that it brings without being told how much that is.
 /// Fresh points choose an order half of the time evenly, half of the time by what a pilot has found of each.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Mmlt {
     /// Probability of large steps.
@@ -30,17 +30,6 @@ pub struct Mmlt {
     /// Probabilities of the orders asked for, each with those before it; no setting, but what a pilot finds. Even if there are none.
     #[serde(skip)]
     pub odds: Vec<f32>,
-}
-
-impl Default for Mmlt {
-    fn default() -> Self {
-        Self {
-            large_steps: LargeSteps::default(),
-            small_step: SmallStep::default(),
-            bootstrap: Bootstrap::default(),
-            odds: Vec::new(),
-        }
-    }
 }
 
 impl Mmlt {
