@@ -19,6 +19,7 @@ mod irradiance;
 mod judged;
 mod merging;
 mod meshes;
+mod metropolis;
 mod mis_weights;
 mod needs;
 mod open_set;

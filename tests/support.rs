@@ -52,7 +52,8 @@ pub fn method_with(name: &str, settings: Value) -> Box<dyn Integrator> {
 
 /// A method of the list without roulette, which makes high orders rare.
 pub fn plain(name: &str) -> Box<dyn Integrator> {
-    method_with(name, if name == "direct" { json!({}) } else { json!({"roulette": "none"}) })
+    let has_none = ["direct", "mmlt"].contains(&name);
+    method_with(name, if has_none { json!({}) } else { json!({"roulette": "none"}) })
 }
 
 /// A built-in scene at a small size.

@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
 /// The experiments embedded in the program: names and files.
-pub const LIBRARY: [(&str, &str); 11] = [
+pub const LIBRARY: [(&str, &str); 12] = [
     ("comparison", include_str!("../library/comparison.toml")),
     ("consistency", include_str!("../library/consistency.toml")),
     ("convergence", include_str!("../library/convergence.toml")),
     ("furnace", include_str!("../library/furnace.toml")),
     ("light_vs_path", include_str!("../library/light_vs_path.toml")),
+    ("metropolis", include_str!("../library/metropolis.toml")),
     ("mis_heuristics", include_str!("../library/mis_heuristics.toml")),
     ("roulette", include_str!("../library/roulette.toml")),
     ("samplers", include_str!("../library/samplers.toml")),

@@ -12,6 +12,7 @@ mod join;
 mod merge;
 mod pilot;
 mod reservoir;
+mod strategy;
 
 use crate::connect::{EmitterEnd, Strategies};
 use crate::contribution::Sink;

@@ -7,6 +7,8 @@
 //! film in block order, band of rows by band of rows, so the sums have the same bits for any number of threads, any number of
 //! blocks in flight, and any part of the image that the film has.
 
+mod parts;
+
 pub use crate::block::{Block, Blocks, TILE, Window};
 use crate::contribution::{Contribution, Sink, Technique, Wants};
 use crate::fireflies::{Fireflies, size};
@@ -14,7 +16,7 @@ use crate::measurement::Counters;
 use crate::method::Pixel;
 use crate::request::Request;
 use crate::splats::{Splat, Splats};
-use crate::trail::ClassShare;
+pub use parts::PartsFilm;
 use rayon::prelude::*;
 use sampling::filter::Filter;
 use sampling::{Spectrum, Vec2, fault};
@@ -32,6 +34,8 @@ pub struct BlockFilm<'r> {
     pixel: (u32, u32),
     sample: u32,
     weight: f32,
+    /// How often it counts: once where samples are independent.
+    share: f32,
     sums: Vec<f64>,
     splats: Splats,
     /// Non-finite contributions, per layer.
@@ -54,6 +58,7 @@ impl<'r> BlockFilm<'r> {
             pixel: (0, 0),
             sample: 0,
             weight: 1.0,
+            share: 1.0,
             sums: vec![0.0; pixels * layers * 3],
             splats: Splats::new(window.height().div_ceil(TILE) as usize),
             window,
@@ -74,6 +79,7 @@ impl<'r> BlockFilm<'r> {
     pub fn start(&mut self, tile: Window) {
         self.pixel = (tile.x.start, tile.y.start);
         self.weight = 1.0;
+        self.share = 1.0;
         self.tile = tile;
         self.sums.fill(0.0);
         self.splats.clear();
@@ -206,8 +212,12 @@ impl BlockFilm<'_> {
     #[inline]
     fn place<const N: usize>(&mut self, c: &Contribution, layer: usize, values: [Spectrum; N]) {
         match (c.technique, self.raster.filter) {
-            (Technique::Connect { t: 0 | 1, .. }, Filter::Box) => self.splat(c.raster, layer, values),
-            (Technique::Connect { t: 0 | 1, .. }, _) => self.splat_filtered(c.raster, layer, values),
+            (Technique::Connect { t: 0 | 1, .. }, Filter::Box) => {
+                self.splat(c.raster, layer, values.map(|value| value * self.share));
+            }
+            (Technique::Connect { t: 0 | 1, .. }, _) => {
+                self.splat_filtered(c.raster, layer, values.map(|value| value * self.share));
+            }
             _ => self.add_to(self.pixel, layer, values.map(|value| value * self.weight)),
         }
     }
@@ -217,6 +227,10 @@ impl BlockFilm<'_> {
 pub trait PixelSink: Sink {
     /// Turns to the sample of this number of a pixel of its tile, whose filter gives it this weight.
     fn start_sample(&mut self, pixel: Pixel, number: u32, weight: f32);
+
+    /// Turns to a point that a chain has visited, with its camera walk in a pixel whose filter gives it this weight. It counts so
+    /// many times, whatever it contributes and however.
+    fn start_point(&mut self, pixel: Pixel, weight: f32, share: f32);
 }
 
 impl Sink for BlockFilm<'_> {
@@ -238,46 +252,12 @@ impl PixelSink for BlockFilm<'_> {
         self.weight = weight;
         self.fireflies.iter_mut().for_each(Fireflies::start_sample);
     }
-}
 
-/// A block's film that takes the image apart.
-pub struct PartsFilm<'f, 'r>(pub &'f mut BlockFilm<'r>);
-
-impl Sink for PartsFilm<'_, '_> {
-    const WANTS: Wants = Wants { vertices: false, classes: true };
-
-    fn add(&mut self, c: Contribution) {
-        let Self(film) = self;
-        let Some((layer, value)) = film.counted(&c) else { return };
-        film.place(&c, layer, [value]);
-        let parts = film.request.parts();
-        if let Some(strategy) = parts.strategy(c.technique) {
-            // A raw value may be beyond all numbers where its weight is 0.
-            let raw = if c.value.is_finite() { c.value } else { Spectrum::ZERO };
-            let weight = c.weight as f32;
-            film.place(&c, strategy, [value, raw, Spectrum::new(weight, 1.0, weight + 1.0)]);
-        }
-        if let Some(merged) = parts.merged(c.technique) {
-            film.place(&c, merged, [value]);
-        }
-        if let Some(group) = parts.group(c.emitter) {
-            film.place(&c, group, [value]);
-            film.place(&c, group + 1 + layer, [value]);
-        }
-        for &ClassShare { classes, share } in c.classes {
-            let mut rest = classes;
-            while rest != 0 {
-                film.place(&c, parts.class(rest.trailing_zeros()), [value * share]);
-                rest &= rest - 1;
-            }
-        }
-    }
-}
-
-impl PixelSink for PartsFilm<'_, '_> {
     #[inline]
-    fn start_sample(&mut self, pixel: Pixel, number: u32, weight: f32) {
-        self.0.start_sample(pixel, number, weight);
+    fn start_point(&mut self, pixel: Pixel, weight: f32, share: f32) {
+        self.pixel = (pixel.x, pixel.y);
+        self.weight = weight * share;
+        self.share = share;
     }
 }
 

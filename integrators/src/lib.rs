@@ -9,8 +9,8 @@
 //! - [`request`]: which orders are asked for;
 //! - [`method`]: the traits [`Estimator`] and [`Integrator`], and THE LIST of methods, [`Methods`]; [`bias`];
 //! - the algorithms, one a file: [`direct`], [`path`] and the [`classics`] that are parts of it, [`light`], [`bdpt`],
-//!   [`vcm`] and [`ppm`], which merge vertices with [`photons`], and [`exact`], which
-//!   is the truth where that is known; with what they share: [`start`], [`vertex`], [`walk`],
+//!   [`vcm`] and [`ppm`], which merge vertices with [`photons`], [`metropolis`], which takes samples of `path` and `bdpt` along
+//!   Markov chains, and [`exact`], which is the truth where that is known; with what they share: [`start`], [`vertex`], [`walk`],
 //!   [`connect`], [`next_event`], [`subsurface`], [`roulette`];
 //! - [`block`]: how work is cut into pieces; [`film`] and [`splats`]: one block's sums, and the film they are reduced into, in an
 //!   order that no thread can change;
@@ -35,6 +35,7 @@ pub mod light;
 pub mod lpe;
 pub mod measurement;
 pub mod method;
+pub mod metropolis;
 pub mod next_event;
 pub mod parts;
 pub mod path;

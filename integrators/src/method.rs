@@ -4,6 +4,7 @@ use crate::bias::Bias;
 use crate::contribution::{Contribution, Sink, Technique};
 use crate::film::{Block, BlockFilm};
 use crate::measurement::Counters;
+use crate::metropolis::{Metropolis, Mmlt, Pssmlt};
 use crate::request::Request;
 use crate::sampled::Sampled;
 use crate::scratch::Scratch;
@@ -160,7 +161,7 @@ pub trait Integrator: Send + Sync {
 
     /// The light-path expression, in the lecture's notation, of the path classes that it carries where no emitter is a point or a
     /// direction.
-    fn expression(&self) -> &str {
+    fn expression(&self) -> &'static str {
         "L.*E"
     }
 
@@ -179,6 +180,11 @@ pub trait Integrator: Send + Sync {
 
     /// Why it cannot estimate what is asked for, if so.
     fn unsupported_request(&self, request: &Request) -> Option<String>;
+
+    /// Why it finds nothing to begin with, where it supports scene and request, if so. Asked once, before long work.
+    fn seedless(&self, _scene: &Scene, _request: &Request) -> Option<String> {
+        None
+    }
 
     /// The light that it loses in a scene that needs this, a path class a line.
     fn missing_light(&self, needs: &Needs) -> Vec<String>;
@@ -301,6 +307,12 @@ impl Methods {
             .with::<crate::bdpt::Bdpt>("bdpt", "bidirectional path tracing: every strategy (s, t), weighted by MIS")
             .with::<crate::vcm::Vcm>("vcm", "connections and merged vertices, weighted by MIS over both")
             .with::<crate::ppm::Ppm>("ppm", "progressive photon mapping: camera walks that end among photons")
+            .with_integrator("pssmlt", "Metropolis sampling of the random numbers of `path`", Metropolis::<Pssmlt>::new)
+            .with_integrator(
+                "mmlt",
+                "Metropolis sampling of the random numbers and strategies of `bdpt`",
+                Metropolis::<Mmlt>::new,
+            )
             .with::<crate::exact::Exact>(
                 crate::exact::NAME,
                 "the closed form of a built-in scene's orders, where it has one",
@@ -308,14 +320,27 @@ impl Methods {
     }
 
     /// Registers an estimator under a name; a later one of the same name replaces the earlier.
-    pub fn with<E: Estimator>(mut self, name: &'static str, summary: &'static str) -> Self {
+    pub fn with<E: Estimator>(self, name: &'static str, summary: &'static str) -> Self {
+        self.with_integrator(name, summary, |name, estimator: E| Sampled { name, estimator })
+    }
+
+    /// The same of an integrator that is made of its name and settings.
+    pub fn with_integrator<S, I>(
+        mut self,
+        name: &'static str,
+        summary: &'static str,
+        make: fn(&'static str, S) -> I,
+    ) -> Self
+    where
+        S: Serialize + DeserializeOwned + Default + 'static,
+        I: Integrator + 'static,
+    {
         self.entries.retain(|e| e.name != name);
         let factory = move |settings: &Value| -> Result<Box<dyn Integrator>, MethodError> {
-            Ok(Box::new(Sampled { name, estimator: parse_settings::<E>(name, settings)? }))
+            Ok(Box::new(make(name, parse_settings::<S>(name, settings)?)))
         };
-        let estimator = E::default();
-        let defaults = serde_json::to_value(&estimator).unwrap_or(Value::Null);
-        let (expression, bias) = (estimator.expression(), estimator.bias());
+        let made = make(name, S::default());
+        let (expression, bias, defaults) = (made.expression(), made.bias(), made.settings());
         self.entries.push(MethodEntry { name, summary, expression, bias, defaults, factory: Box::new(factory) });
         self
     }

@@ -100,6 +100,7 @@ pub fn request(
     let unclassified = "it does not tell light groups and path classes apart; leave them out".to_owned();
     let asked = parts.groups || !parts.classes.is_empty();
     let reason = reason.or_else(|| (asked && !method.classifies()).then_some(unclassified));
+    let reason = reason.or_else(|| method.seedless(scene, &request));
     if let Some(reason) = reason {
         return Err(RenderError::Unsupported { method: method.name().to_owned(), reason });
     }

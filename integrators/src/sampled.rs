@@ -39,7 +39,7 @@ impl<E: Estimator> Integrator for Sampled<E> {
         E::CLASSIFIES
     }
 
-    fn expression(&self) -> &str {
+    fn expression(&self) -> &'static str {
         self.estimator.expression()
     }
 
@@ -114,10 +114,12 @@ impl Sink for Witness<'_> {
 
 impl PixelSink for Witness<'_> {
     fn start_sample(&mut self, _: Pixel, _: u32, _: f32) {}
+
+    fn start_point(&mut self, _: Pixel, _: f32, _: f32) {}
 }
 
 /// What a method that does not follow light through bodies says of a scene with some: which materials, and what to do.
-fn bodies_in(scene: &Scene) -> Option<String> {
+pub(crate) fn bodies_in(scene: &Scene) -> Option<String> {
     let names: Vec<String> = scene.bodies().map(|body| format!("`{}`", body.name)).collect();
     let (material, lets) = match names.len() {
         0 => return None,

@@ -1,13 +1,18 @@
 //! How a method's settings are read.
 
-use crate::method::{Estimator, MethodError};
+use crate::method::MethodError;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-/// An estimator of these settings; those left out take their defaults.
+/// What these settings make; those left out take their defaults.
 ///
 /// # Errors
 /// If there is no such setting, with the nearest valid name, or a value is not of the setting's kind.
-pub fn parse_settings<E: Estimator>(method: &str, settings: &Value) -> Result<E, MethodError> {
+pub fn parse_settings<E: Serialize + DeserializeOwned + Default>(
+    method: &str,
+    settings: &Value,
+) -> Result<E, MethodError> {
     let bad = |reason: String| MethodError::BadSetting { method: method.to_owned(), reason };
     let defaults = serde_json::to_value(E::default()).map_err(|e| bad(e.to_string()))?;
     let Value::Object(mut merged) = defaults else { return Err(bad("its settings are no table".to_owned())) };

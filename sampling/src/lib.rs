@@ -71,6 +71,8 @@
 //! - `[Hachisuka08]` T. Hachisuka, S. Ogaki, H. W. Jensen: *Progressive photon mapping*, ACM Transactions on Graphics 27(5), 2008.
 //! - `[Hachisuka12]` T. Hachisuka, J. Pantaleoni, H. W. Jensen: *A path space extension for robust light transport simulation*, ACM
 //!   Transactions on Graphics 31(6), 2012.
+//! - `[Hachisuka14]` T. Hachisuka, A. S. Kaplanyan, C. Dachsbacher: *Multiplexed Metropolis light transport*, ACM Transactions on
+//!   Graphics 33(4), 2014.
 //! - `[Harris78]` F. J. Harris: *On the use of windows for harmonic analysis with the discrete Fourier transform*,
 //!   Proceedings of the IEEE 66(1), 1978.
 //! - `[Heckbert90]` P. S. Heckbert: *Adaptive radiosity textures for bidirectional ray tracing*, SIGGRAPH 1990.
@@ -93,6 +95,8 @@
 //! - `[Johnson74]` P. B. Johnson, R. W. Christy: *Optical constants of transition metals: Ti, V, Cr, Mn, Fe, Co, Ni, and
 //!   Pd*, Physical Review B 9, 1974.
 //! - `[Kajiya86]` J. T. Kajiya: *The rendering equation*, SIGGRAPH 1986.
+//! - `[Kelemen02]` C. Kelemen, L. Szirmay-Kalos, G. Antal, F. Csonka: *A simple and robust mutation strategy for the Metropolis light
+//!   transport algorithm*, Computer Graphics Forum 21(3), 2002.
 //! - `[Kensler13]` A. Kensler: *Correlated multi-jittered sampling*, Pixar technical memo 13-01, 2013.
 //! - `[King13]` A. King, C. Kulla, A. Conty, M. Fajardo: *BSSRDF importance sampling*, SIGGRAPH 2013 talks.
 //! - `[Knaus11]` C. Knaus, M. Zwicker: *Progressive photon mapping: a probabilistic approach*, ACM Transactions on Graphics 30(3), 2011.

@@ -8,12 +8,14 @@
 use crate::fault;
 use crate::rng::{Stream, mix2, unit_f32};
 use glam::{Vec2, vec2};
+use primary::Primary;
 use serde::{Deserialize, Serialize};
 use sobol::Screen;
 use std::{fmt, str::FromStr};
 use strata::{Strata, permute};
 
 mod halton;
+mod primary;
 mod sobol;
 mod strata;
 
@@ -157,6 +159,17 @@ pub enum Purpose {
     ConnectionChoice = 15,
     /// Whether a connection is made.
     ConnectionRoulette = 16,
+    /// Which order is sampled.
+    Order = 17,
+    /// By which strategy it is.
+    Strategy = 18,
+    /// How a chain goes on.
+    Mutation = 19,
+}
+
+impl Purpose {
+    /// The last of them.
+    const LAST: Self = Self::Mutation;
 }
 
 /// Stands for the purpose in the addresses of sequences that several purposes share.
@@ -165,7 +178,8 @@ const GROUP: u64 = 0xff;
 /// A source of uniform numbers in [0, 1), one address at a time.
 #[derive(Clone, Debug)]
 pub struct Sampler {
-    kind: SamplerKind,
+    /// How numbers are spread; `None` where a chain goes from each to the next.
+    kind: Option<SamplerKind>,
     key: StreamKey,
     strata: Strata,
     screen: Screen,
@@ -185,6 +199,8 @@ pub struct Sampler {
     group: (Subpath, u32),
     coordinates: [u32; sobol::DIMENSIONS],
     scrambling: u64,
+    /// The state of the chain, where there is one.
+    primary: Primary,
 }
 
 impl Sampler {
@@ -197,7 +213,7 @@ impl Sampler {
         let log2 = |n: u32| n.max(1).checked_next_power_of_two().map_or(31, u32::trailing_zeros);
         let samples = samples_per_pixel.max(1);
         let mut sampler = Self {
-            kind,
+            kind: Some(kind),
             key,
             strata: Strata::new(samples),
             screen: Screen { log2_side: log2(width.max(height)), log2_samples: log2(samples).min(28) },
@@ -213,6 +229,7 @@ impl Sampler {
             group: (Subpath::Camera, 0),
             coordinates: [0; sobol::DIMENSIONS],
             scrambling: 0,
+            primary: Primary::default(),
         };
         sampler.start_sample(0, 0);
         sampler
@@ -230,6 +247,7 @@ impl Sampler {
         self.pixel_state = mix2(pixel_key, u64::from(round));
         self.sample_state = mix2(self.pixel_state, u64::from(stratum));
         (self.subpath, self.vertex) = (Subpath::Camera, 0);
+        self.primary.near = false;
         self.start_group();
     }
 
@@ -246,7 +264,7 @@ impl Sampler {
     /// Finds the point of Sobol's sequence that the current vertex takes its numbers from.
     #[inline]
     fn start_group(&mut self) {
-        if matches!(self.kind, SamplerKind::Sobol | SamplerKind::Zsobol) {
+        if matches!(self.kind, Some(SamplerKind::Sobol | SamplerKind::Zsobol)) {
             let group = sobol::group(self.vertex);
             let (index, seed) = self.place(u64::from(group) << 16 | (self.subpath as u64) << 8 | GROUP);
             self.group = (self.subpath, group);
@@ -260,24 +278,30 @@ impl Sampler {
     pub fn get_1d(&mut self, purpose: Purpose) -> f32 {
         let address = self.address(purpose);
         match self.kind {
-            SamplerKind::Independent => stream(self.sample_state, address).next_f32(),
-            SamplerKind::Stratified | SamplerKind::MultiJittered => {
+            Some(SamplerKind::Independent) => stream(self.sample_state, address).next_f32(),
+            Some(SamplerKind::Stratified | SamplerKind::MultiJittered) => {
                 self.strata.jitter_1d(self.shuffled_stratum(address), stream(self.sample_state, address).next_f32())
             }
-            SamplerKind::Halton => match halton::dimension(self.subpath, self.vertex, purpose) {
+            Some(SamplerKind::Halton) => match halton::dimension(self.subpath, self.vertex, purpose) {
                 Some(dimension) => unit_f32(halton::coordinate(self.sample, dimension, self.sequence_state)),
                 None => stream(self.sample_state, address).next_f32(),
             },
-            SamplerKind::Sobol | SamplerKind::Zsobol => match sobol::dimension(self.subpath, self.vertex, purpose) {
-                Some(dimension) => {
-                    let seed = mix2(self.scrambling, dimension as u64);
-                    unit_f32(sobol::scrambled(self.coordinates[dimension], (seed >> 32) as u32))
+            Some(SamplerKind::Sobol | SamplerKind::Zsobol) => {
+                match sobol::dimension(self.subpath, self.vertex, purpose) {
+                    Some(dimension) => {
+                        let seed = mix2(self.scrambling, dimension as u64);
+                        unit_f32(sobol::scrambled(self.coordinates[dimension], (seed >> 32) as u32))
+                    }
+                    None => {
+                        let (index, seed) = self.place(address);
+                        unit_f32(sobol::point_1d(index, seed))
+                    }
                 }
-                None => {
-                    let (index, seed) = self.place(address);
-                    unit_f32(sobol::point_1d(index, seed))
-                }
-            },
+            }
+            None => {
+                let [u] = self.primary.numbers(self.sample_state, address, (self.subpath, self.vertex, purpose));
+                u
+            }
         }
     }
 
@@ -286,32 +310,35 @@ impl Sampler {
     pub fn get_2d(&mut self, purpose: Purpose) -> Vec2 {
         let address = self.address(purpose);
         match self.kind {
-            SamplerKind::Independent => self.independent_2d(address),
-            SamplerKind::Stratified => {
+            Some(SamplerKind::Independent) => self.independent_2d(address),
+            Some(SamplerKind::Stratified) => {
                 self.strata.jitter_2d(self.shuffled_stratum(address), self.independent_2d(address))
             }
-            SamplerKind::MultiJittered => {
+            Some(SamplerKind::MultiJittered) => {
                 let seed = mix2(!self.pixel_state, address) >> 32;
                 self.strata.multi_jitter(self.stratum, seed as u32, self.independent_2d(address))
             }
-            SamplerKind::Halton => match halton::dimension(self.subpath, self.vertex, purpose) {
+            Some(SamplerKind::Halton) => match halton::dimension(self.subpath, self.vertex, purpose) {
                 Some(dimension) => {
                     let coordinate = |d| unit_f32(halton::coordinate(self.sample, d, self.sequence_state));
                     vec2(coordinate(dimension), coordinate(dimension + 1))
                 }
                 None => self.independent_2d(address),
             },
-            SamplerKind::Sobol | SamplerKind::Zsobol => match sobol::dimension(self.subpath, self.vertex, purpose) {
-                Some(dimension) => {
-                    let seed = mix2(self.scrambling, dimension as u64);
-                    let x = sobol::scrambled(self.coordinates[dimension], (seed >> 32) as u32);
-                    vec2(unit_f32(x), unit_f32(sobol::scrambled(self.coordinates[dimension + 1], seed as u32)))
+            Some(SamplerKind::Sobol | SamplerKind::Zsobol) => {
+                match sobol::dimension(self.subpath, self.vertex, purpose) {
+                    Some(dimension) => {
+                        let seed = mix2(self.scrambling, dimension as u64);
+                        let x = sobol::scrambled(self.coordinates[dimension], (seed >> 32) as u32);
+                        vec2(unit_f32(x), unit_f32(sobol::scrambled(self.coordinates[dimension + 1], seed as u32)))
+                    }
+                    None => {
+                        let (index, seed) = self.place(address);
+                        Vec2::from_array(sobol::point(index, seed).map(unit_f32))
+                    }
                 }
-                None => {
-                    let (index, seed) = self.place(address);
-                    Vec2::from_array(sobol::point(index, seed).map(unit_f32))
-                }
-            },
+            }
+            None => self.primary.numbers(self.sample_state, address, (self.subpath, self.vertex, purpose)).into(),
         }
     }
 
@@ -342,7 +369,7 @@ impl Sampler {
         let index = match (self.subpath, self.kind) {
             // A light walk goes where it likes, whatever pixel it is counted to.
             (Subpath::Light, _) => self.pixel * u64::from(self.strata.n) + u64::from(self.stratum),
-            (Subpath::Camera, SamplerKind::Zsobol) if self.sample < self.strata.n => {
+            (Subpath::Camera, Some(SamplerKind::Zsobol)) if self.sample < self.strata.n => {
                 let (x, y) = ((self.pixel % self.width) as u32, (self.pixel / self.width) as u32);
                 sobol::screen_index(self.screen, (x, y), self.sample, mix2(!self.key.0, address))
             }

@@ -84,6 +84,26 @@ impl<S: Sink> Join<'_, S> {
         }
     }
 
+    /// The path of one strategy alone, of the whole subpaths.
+    pub fn run_strategy(&mut self, (s, t): (usize, usize), sampler: &mut Sampler) {
+        if let Some(classifier) = self.classifier {
+            self.follow(classifier);
+        }
+        match (s, t) {
+            (0, _) => self.emission(t),
+            (1, 1) if self.strategies.emitter_to_camera => self.emitter_to_camera(sampler),
+            (1, 1) => {}
+            (_, 1) => self.splat(0, s, sampler),
+            _ if !self.camera[t - 1].is_connectable() || self.camera[t - 1].is_infinite() => {}
+            (1, _) => self.next_event(t, sampler),
+            _ => {
+                if let Some(value) = self.unshadowed(0, s, t) {
+                    self.connect_surfaces((0, s, t), value, sampler);
+                }
+            }
+        }
+    }
+
     /// `s = 0`: the camera subpath's vertex `t − 1` emits.
     fn emission(&mut self, t: usize) {
         let Some((end, value)) = self.emitted(t) else { return };

@@ -56,7 +56,10 @@ pub fn dimension(subpath: Subpath, vertex: u32, purpose: Purpose) -> Option<usiz
         | Purpose::ProbeChoice
         | Purpose::NextEventChoice
         | Purpose::ConnectionChoice
-        | Purpose::ConnectionRoulette => None,
+        | Purpose::ConnectionRoulette
+        | Purpose::Order
+        | Purpose::Strategy
+        | Purpose::Mutation => None,
     }
 }
 

@@ -1,7 +1,7 @@
 use super::strata::in_cell;
 use super::*;
 
-const PURPOSES: [Purpose; 17] = [
+const PURPOSES: [Purpose; 20] = [
     Purpose::Film,
     Purpose::Lens,
     Purpose::EmitterChoice,
@@ -19,6 +19,9 @@ const PURPOSES: [Purpose; 17] = [
     Purpose::NextEventChoice,
     Purpose::ConnectionChoice,
     Purpose::ConnectionRoulette,
+    Purpose::Order,
+    Purpose::Strategy,
+    Purpose::Mutation,
 ];
 
 fn key() -> StreamKey {
