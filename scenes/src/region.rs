@@ -37,6 +37,6 @@ impl Scene {
         let mut emitters = vec![false; self.emitters.len()];
         mine().filter_map(|surface| surface.emitter).for_each(|id| emitters[id.0 as usize] = true);
         let area = mine().map(|surface| surface.area).sum();
-        surfaces.contains(&true).then(|| Region { surfaces, emitters, area })
+        surfaces.contains(&true).then_some(Region { surfaces, emitters, area })
     }
 }
