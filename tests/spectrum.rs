@@ -10,7 +10,7 @@ use serde_json::Value;
 
 const REPLICATES: u32 = 16;
 
-fn flux(scene: &scenes::Scene, last: usize, walks: u32, seed: u64) -> Series {
+fn flux(scene: &scenes::Scene, last: usize, walks: u64, seed: u64) -> Series {
     let key = |replicate| StreamKey::new(seed, "flux", Role::Estimate, replicate);
     Series::new((0..REPLICATES).map(|r| Flux::of(scene, &[], last, key(r), walks).orders).collect())
 }

@@ -35,7 +35,7 @@ struct Told {
     sum: Row,
 }
 
-/// Fluxes \[W\], and divided by the area \[W/m²\].
+/// Fluxes of both sides together \[W\], and divided by the area of one \[W/m²\].
 #[derive(Serialize)]
 struct Row {
     order: Option<usize>,
@@ -114,7 +114,7 @@ fn measure(
     verbosity: Verbosity,
     stop: &Stop,
 ) -> Result<Report, Error> {
-    let walks = u32::try_from(args.paths.div_ceil(u64::from(args.replicates))).unwrap_or(u32::MAX);
+    let walks = args.paths.div_ceil(u64::from(args.replicates));
     let mut progress = Progress::new(f64::from(args.replicates), verbosity);
     progress.say(format!("flux in {}", scene.name));
     let mut replicates = Vec::new();
@@ -127,7 +127,7 @@ fn measure(
     }
     let told = |i: usize| {
         let row = |order: Option<usize>| {
-            let of = |flux: &dyn Fn(&Meter) -> Vec<[f64; 3]>| -> Number {
+            let of = |flux: fn(&Meter) -> &[[f64; 3]]| -> Number {
                 let value = |replicate: &Flux| {
                     let orders = flux(&replicate.meters[i]);
                     let sum = |c: usize| orders.iter().map(|rgb| rgb[c]).sum();
@@ -135,7 +135,7 @@ fn measure(
                 };
                 Number::of(&replicates.iter().map(value).collect::<Vec<_>>())
             };
-            let (arriving, leaving) = (of(&|meter| meter.arriving.clone()), of(&|meter| meter.leaving.clone()));
+            let (arriving, leaving) = (of(|meter| &meter.arriving), of(|meter| &meter.leaving));
             let area = regions[i].area;
             Row { order, arriving, irradiance: arriving.over(area), leaving, radiosity: leaving.over(area) }
         };
@@ -144,7 +144,7 @@ fn measure(
     };
     Ok(Report {
         scene: scene.name.clone(),
-        walks: u64::from(walks) * u64::from(args.replicates),
+        walks: walks * u64::from(args.replicates),
         replicates: args.replicates,
         invalid: replicates.iter().flat_map(|flux| &flux.invalid).sum(),
         meters: (0..regions.len()).map(told).collect(),
@@ -154,8 +154,11 @@ fn measure(
 fn in_words(report: &Report) -> String {
     let mut text = format!("{}, {} walks in {} replicates\n", report.scene, report.walks, report.replicates);
     for meter in &report.meters {
-        let area = meter.area.map_or("placed many times".to_owned(), |area| format!("{} m² a side", short(area)));
+        let area = meter
+            .area
+            .map_or("placed many times".to_owned(), |area| format!("{} m² a side, both sides together", short(area)));
         let _ = writeln!(text, "\n  {}, {area}", meter.region);
+        // What falls on both sides together, by the area of one.
         let heads = ["arriving [W]", "irradiance [W/m²]", "leaving [W]", "radiosity [W/m²]"];
         let _ = writeln!(text, "  order{}", heads.map(|head| format!("{head:>26}")).concat());
         for row in meter.orders.iter().chain([&meter.sum]) {

@@ -36,7 +36,7 @@ pub fn carries(missing: &[String], layer: Option<Layer>, max_order: usize) -> bo
 /// Those are paths whose walk from the camera hits an emitter where no connection would have found the same path: what the camera
 /// sees shine, what it sees shine in mirrors and through glass, or everything where the method has no connections. As small as the
 /// emitter is, so rare are they, and a method that has met none yet shows no sign of it, neither in its mean nor in its variance.
-/// Zero where there are no such paths.
+/// Zero where there are no such paths; infinite where samples depend on one another, so that nothing is known of how many were looked at.
 pub fn largest_hit(method: &dyn Integrator, scene: &Scene, layer: Layer) -> [f64; 3] {
     let order = match layer {
         Layer::Order(order) => order,
@@ -48,7 +48,15 @@ pub fn largest_hit(method: &dyn Integrator, scene: &Scene, layer: Layer) -> [f64
     if !makes(0) || (connects && (order == 0 || !scene.facts.delta_lobes)) {
         return [0.0; 3];
     }
+    if !method.samples_are_independent() {
+        return [f64::INFINITY; 3];
+    }
     scene.brightest().to_array().map(f64::from)
+}
+
+/// The same of all of a measurement's layers.
+pub fn largest_hits(method: &dyn Integrator, scene: &Scene, layers: &[Layer]) -> Vec<[f64; 3]> {
+    layers.iter().map(|&layer| largest_hit(method, scene, layer)).collect()
 }
 
 #[cfg(test)]

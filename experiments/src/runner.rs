@@ -356,11 +356,7 @@ fn result(job: Job, targets: &[f64]) -> MethodResult {
         intervals: noted.intervals(seconds),
         marginal: Vec::new(),
         judged: judge.and_then(|judge| noted.judged(&judge, seconds, targets)),
-        largest_hits: measurement
-            .layers
-            .iter()
-            .map(|&layer| path_class::largest_hit(&*planned.method, &scene.scene, layer))
-            .collect(),
+        largest_hits: path_class::largest_hits(&*planned.method, &scene.scene, &measurement.layers),
         measurement,
         convergence: Vec::new(),
         missing_light: path_class::missing(&*planned.method, &scene.scene),

@@ -3,6 +3,7 @@
 use crate::budget;
 use crate::cli::{SpectrumArgs, print};
 use crate::error::{Error, Status};
+use crate::path_class;
 use crate::progress::{Progress, Verbosity, while_loading};
 use crate::report::numbers::{percent, short};
 use crate::statistics::Estimate;
@@ -18,7 +19,7 @@ use serde::Serialize;
 use serde_json::Value;
 use std::fmt::Write;
 
-/// What is rendered of the image: the method that carries all light in every scene.
+/// What is rendered of the image; what it loses is told.
 const METHOD: &str = "path";
 /// The longer side of the image \[pixels\]; its mean is all that is needed of it.
 const LONGER_SIDE: u32 = 96;
@@ -41,6 +42,8 @@ struct Report {
     bounds: Option<Vec<f64>>,
     /// What the flux of all orders beyond the last cannot exceed \[W\].
     bound_beyond: Option<f64>,
+    /// The light that the image lacks, a path class a line.
+    missing_light: Vec<String>,
     invalid: u64,
 }
 
@@ -139,7 +142,7 @@ fn measure(
     stop: &Stop,
 ) -> Result<Report, Error> {
     let (last, replicates) = (args.max_order, args.replicates);
-    let walks = u32::try_from(args.paths.div_ceil(u64::from(replicates))).unwrap_or(u32::MAX);
+    let walks = args.paths.div_ceil(u64::from(replicates));
     let mut progress = Progress::new(2.0 * f64::from(replicates), verbosity);
     let mut flux = Vec::new();
     let mut invalid = 0;
@@ -163,6 +166,9 @@ fn measure(
     invalid += image.invalid.iter().sum::<u64>();
     let (flux, image) = (Series::new(flux), series_of(&image));
     let albedo = scene.largest_albedo().map(|albedo| f64::from(albedo.max_component()));
+    // Of what varies over a surface the power is a mean of many points, and not certain.
+    let varies = |emitter: &Emitter| matches!(emitter, Emitter::Area(area) if !area.emission.radiance.is_constant());
+    let albedo = albedo.filter(|_| !scene.emitters.iter().any(varies));
     let emitted: f64 = scene.emitters.iter().map(Emitter::power).sum();
     let bound = |k: usize| albedo.map(|rho| rho.powi(k as i32) * emitted);
     let beyond = albedo.map(|rho| rho.powi(last as i32 + 1) * emitted / (1.0 - rho));
@@ -176,6 +182,7 @@ fn measure(
         largest_albedo: albedo,
         bounds: (0..=last).map(bound).collect(),
         bound_beyond: beyond.filter(|bound| bound.is_finite()),
+        missing_light: path_class::missing(method, scene),
         invalid,
     })
 }
@@ -244,9 +251,12 @@ fn in_words(report: &Report) -> String {
         (Some(bound), Some(albedo)) => {
             format!("{} W, since no surface scatters more than {} of the light", short(bound), percent(albedo))
         }
-        _ => "none: some surface has no albedo that is known for certain to be below 1".to_owned(),
+        _ => "none: some albedo, or the power of some emitter, is not known for certain".to_owned(),
     };
     let _ = writeln!(text, "  bound of the flux beyond order {last}: {bound}");
+    for missing in &report.missing_light {
+        let _ = writeln!(text, "  the image is of {METHOD}, which cannot carry here: {missing}");
+    }
     if report.invalid > 0 {
         let _ = writeln!(text, "  non-finite samples were left out: {}", report.invalid);
     }

@@ -4,6 +4,7 @@
 //! the choice depends on no sample of the image, and all that it costs in accuracy is what is said to be left out.
 
 use crate::error::Error;
+use crate::machine::require_memory;
 use crate::report::numbers::percent;
 use crate::statistics::series::Series;
 use crate::stop::Stop;
@@ -40,7 +41,7 @@ impl Truncation {
     /// The lowest order beyond which no more than this part of the image's mean is left.
     ///
     /// # Errors
-    /// If the method cannot render the scene, or the user asked for an end.
+    /// If the method cannot render the scene, there is not enough memory for so many orders, or the user asked for an end.
     pub fn choose(
         scene: &Scene,
         method: &dyn Integrator,
@@ -48,7 +49,13 @@ impl Truncation {
         allowed: f64,
         stop: &Stop,
     ) -> Result<Self, Error> {
+        let last = *method.orders(LAST).end();
+        if last < LAST {
+            // It has a last order anyway.
+            return Ok(Self { max_order: last, allowed, left_out: Some(0.0), at_most: Some(0.0), pilot_seconds: 0.0 });
+        }
         let pixels = u64::from(scene.camera.width()) * u64::from(scene.camera.height());
+        require_memory(u128::from(Render::bytes(pixels, LAST as u64 + 1)), "the pilot of --max-order auto")?;
         let samples_per_replicate = SAMPLES.div_ceil(pixels * u64::from(REPLICATES)) as u32;
         let orders = Orders::up_to(LAST);
         let settings =
@@ -82,8 +89,11 @@ impl Truncation {
                 format!("about {} of the image's mean is left out, at most {}", percent(left), percent(most))
             }
             (Some(left), None) => format!("about {} of the image's mean is left out", percent(left)),
-            (None, _) => "how much is left out is not known, since orders do not fall".to_owned(),
+            (None, _) => "how much is left out is not known: the image is black, or orders do not fall".to_owned(),
         };
+        if self.at_most == Some(0.0) {
+            return format!("orders 0 to {}, which are all that it carries", self.max_order);
+        }
         let missed = self.at_most.is_none_or(|most| most > self.allowed);
         let why = if missed { format!(": {} was asked for", percent(self.allowed)) } else { String::new() };
         format!("orders 0 to {}; {left}{why}", self.max_order)

@@ -56,26 +56,28 @@ fn add(sum: &mut [f64; 3], beta: Spectrum) {
 }
 
 /// Walks that are at work together; a fixed number, so that sums have the same bits for any number of threads.
-const BATCH: u32 = 1024;
+const BATCH: u64 = 1024;
+/// Batches whose sums are kept at once.
+const WAVE: usize = 256;
 
 impl Flux {
     /// The flux of orders 0 to `max_order` in a scene and on these regions, by so many walks on the random numbers of a key.
-    pub fn of(scene: &Scene, regions: &[Region], max_order: usize, key: StreamKey, walks: u32) -> Self {
-        let batches: Vec<Self> = (0..walks.div_ceil(BATCH))
-            .into_par_iter()
-            .map(|batch| {
-                let mut sums = Self::none(regions.len(), max_order);
-                let mut sampler = Sampler::new(SamplerKind::Independent, key, 1, (1, 1));
-                for walk in batch * BATCH..((batch + 1) * BATCH).min(walks) {
-                    sampler.start_sample(u64::from(walk), 0);
-                    sums.add(scene, regions, &mut sampler);
-                }
-                sums
-            })
-            .collect();
-        let mut all = Self::none(regions.len(), max_order);
-        batches.iter().for_each(|batch| all.merge(batch));
-        let share = |flux: &mut Vec<[f64; 3]>| flux.as_flattened_mut().iter_mut().for_each(|s| *s /= f64::from(walks));
+    pub fn of(scene: &Scene, regions: &[Region], max_order: usize, key: StreamKey, walks: u64) -> Self {
+        let some = |batch: u64| {
+            let mut sums = Self::none(regions.len(), max_order);
+            let mut sampler = Sampler::new(SamplerKind::Independent, key, 1, (1, 1));
+            for walk in batch * BATCH..((batch + 1) * BATCH).min(walks) {
+                sampler.start_sample(walk, 0);
+                sums.add(scene, regions, &mut sampler);
+            }
+            sums
+        };
+        let (batches, mut all) = (walks.div_ceil(BATCH), Self::none(regions.len(), max_order));
+        for first in (0..batches).step_by(WAVE) {
+            let wave: Vec<Self> = (first..batches.min(first + WAVE as u64)).into_par_iter().map(some).collect();
+            wave.iter().for_each(|batch| all.merge(batch));
+        }
+        let share = |flux: &mut Vec<[f64; 3]>| flux.as_flattened_mut().iter_mut().for_each(|s| *s /= walks as f64);
         share(&mut all.orders);
         share(&mut all.escaped);
         all.meters.iter_mut().for_each(|meter| {

@@ -159,11 +159,8 @@ pub trait Integrator: Send + Sync {
         false
     }
 
-    /// The light-path expression, in the lecture's notation, of the path classes that it carries where no emitter is a point or a
-    /// direction.
-    fn expression(&self) -> &'static str {
-        "L.*E"
-    }
+    /// The light-path expression of what it carries, see [`Estimator::expression`].
+    fn expression(&self) -> &'static str;
 
     /// How the mean of its images stands to the truth about those classes.
     fn bias(&self) -> Bias {
@@ -180,6 +177,11 @@ pub trait Integrator: Send + Sync {
 
     /// Why it cannot estimate what is asked for, if so.
     fn unsupported_request(&self, request: &Request) -> Option<String>;
+
+    /// Whether samples are independent, and contributions no larger than their paths' own; chains' are not.
+    fn samples_are_independent(&self) -> bool {
+        true
+    }
 
     /// Why it finds nothing to begin with, where it supports scene and request, if so. Asked once, before long work.
     fn seedless(&self, _scene: &Scene, _request: &Request) -> Option<String> {

@@ -45,9 +45,9 @@ pub fn parse_order(text: &str) -> Result<usize, String> {
     order_from(0, text)
 }
 
-/// Fewer orders than two pairs and one before them do not tell how they fall.
+/// Fewer orders than four pairs do not tell how they fall.
 pub fn parse_measured_order(text: &str) -> Result<usize, String> {
-    order_from(5, text)
+    order_from(7, text)
 }
 
 fn order_from(least: usize, text: &str) -> Result<usize, String> {

@@ -5,7 +5,9 @@
 //! and the tail by pairs of orders.
 //!
 //! Intervals are the jackknife's \[Tukey 1958; Efron & Tibshirani 1993, ch. 11\] with Student's quantile over replicates, each of which holds
-//! all orders, so that their covariances are taken care of. That of a tail is widened by what the factor still changes from pair to pair.
+//! all orders, so that their covariances are taken care of. That of a tail is widened by what the factor may still change: it is taken to go
+//! on changing by steps that fall as the last two did, up to ten times as far as the last. A mode that falls slowly and is too weak to have
+//! shown itself yet is in no such interval.
 
 use super::means::{self, student};
 use super::{Estimate, Interval};
@@ -81,11 +83,11 @@ impl Series {
     /// that: `(P_{K−1} + P_K) q / (1 − q)` with `q = (P_{K−1} + P_K) / (P_{K−3} + P_{K−2})`, channel by channel. `None` where
     /// orders do not fall, or there are too few.
     pub fn beyond(&self, order: usize) -> Option<Estimate> {
-        let measured = |orders: &[[f64; 3]]| orders[order + 1..].iter().map(|p| mean_of(*p)).sum::<f64>();
-        let whole = self.jackknife(|orders| Some(measured(orders) + tail(orders, 0.0)?))?;
+        let measured = |orders: &[[f64; 3]]| Some(orders.get(order + 1..)?.iter().map(|p| mean_of(*p)).sum::<f64>());
+        let whole = self.jackknife(|orders| Some(measured(orders)? + tail(orders, 0.0)?))?;
         // What it would be if the factor went on changing as it did, or back.
         let mean = self.mean(None);
-        let around = [-1.0, 1.0].map(|change| Some(measured(&mean) + tail(&mean, change)?));
+        let around = [-1.0, 1.0].map(|sign| Some(measured(&mean)? + tail(&mean, sign)?));
         let reach = |side: Option<f64>| side.map_or(f64::INFINITY, |side| (side - whole.value).abs());
         let widened = |(low, high): Interval| {
             let change = reach(around[0]).max(reach(around[1]));
@@ -143,8 +145,12 @@ fn positive(a: f64, b: f64) -> Option<f64> {
     (b > 0.0).then(|| a / b)
 }
 
-/// What is beyond the last order, mean of channels, if the factor from pair to pair changes once more by so much of what it changed last.
-fn tail(orders: &[[f64; 3]], change: f64) -> Option<f64> {
+/// Steps of the factor from pair to pair are taken to fall by this at the least from one to the next.
+const SLOWEST: f64 = 10.0 / 11.0;
+
+/// What is beyond the last order, mean of channels, if the factor from pair to pair stays (0), or rises (1) or falls (−1) by all the steps
+/// that may follow the last.
+fn tail(orders: &[[f64; 3]], sign: f64) -> Option<f64> {
     let pair = |back: usize, c: usize| {
         let last = orders.len().checked_sub(1 + 2 * back)?;
         Some(orders[last][c] + orders.get(last.checked_sub(1)?)?[c])
@@ -155,7 +161,12 @@ fn tail(orders: &[[f64; 3]], change: f64) -> Option<f64> {
             return Some(0.0);
         }
         let (q, earlier) = (positive(last, before)?, positive(before, first)?);
-        let q = q + change * (q - earlier).abs();
+        let step = q - earlier;
+        let fall = match pair(3, c).and_then(|third| positive(first, third)) {
+            Some(earliest) if earliest != earlier => (step / (earlier - earliest)).abs().min(SLOWEST),
+            _ => 0.5,
+        };
+        let q = q + sign * step.abs() * (fall / (1.0 - fall)).max(1.0);
         (q < 1.0).then(|| last * q.max(0.0) / (1.0 - q.max(0.0)))
     };
     Some(mean_of([of(0)?, of(1)?, of(2)?]))
@@ -200,6 +211,19 @@ mod tests {
         let radius = series.radius().unwrap();
         assert!((radius.estimate.value - 0.5).abs() < 1e-12, "{radius:?}");
         assert!((series.total().unwrap().value - (2.0 + 0.5 / 1.5)).abs() < 1e-12);
+    }
+
+    /// A mode that falls slowly and has begun to show: no noise, and still the interval knows that the factor goes on rising.
+    #[test]
+    fn what_the_factor_still_changes_is_in_the_interval() {
+        for (terms, last) in
+            [([(1.0, 0.7), (0.1, 0.95)], 14), ([(1.0, 0.88), (0.05, 0.97)], 40), ([(2.0, 0.6), (1.0, 0.8)], 9)]
+        {
+            let exact: f64 = terms.iter().map(|(a, l)| a / (1.0 - l)).sum();
+            let total = series(&terms, last, 0.0, 1).total().unwrap();
+            let (low, high) = total.interval.unwrap();
+            assert!(low < exact && exact < high && total.value < exact, "{terms:?}: {total:?} {exact}");
+        }
     }
 
     /// 400 series, each with noise of its own: 95 % intervals of the total and of the radius, by a binomial test at 10⁻⁴. Terms that die out

@@ -158,6 +158,15 @@ impl<E: Explored> Integrator for Metropolis<E> {
         self.explored.unsupported_request(request)
     }
 
+    fn samples_are_independent(&self) -> bool {
+        false
+    }
+
+    fn bytes(&self, pixels: u64, _: &Request) -> u64 {
+        // A sum for each group of seeds, of a sample per pixel; more samples need more.
+        (self.steps().bootstrap * pixels as f64) as u64 / seeds::GROUP * 8
+    }
+
     fn seedless(&self, scene: &Scene, request: &Request) -> Option<String> {
         // Where nothing emits, black is the truth.
         if scene.emitters.is_empty() {

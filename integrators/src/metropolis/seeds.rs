@@ -13,6 +13,8 @@ const SEEDS: u64 = 1 << 62;
 
 /// Points that are looked at one after another.
 const AT_ONCE: u64 = 256;
+/// Such pieces that are kept at once.
+const WAVE: usize = 1024;
 
 /// Points of which one sum is kept; to find one of them, all are looked at again.
 pub(super) const GROUP: u64 = 16;
@@ -53,19 +55,26 @@ impl Seeds {
             }
             Self { count, sums, sizes, invalid: point.invalid, counters: scratch.counters }
         };
-        let pieces: Vec<Self> = (0..count.div_ceil(AT_ONCE)).into_par_iter().map(some).collect();
+        let pieces = count.div_ceil(AT_ONCE);
         let (sums, sizes, invalid) = (Vec::new(), vec![0.0; layers], vec![0; layers]);
         let mut all = Self { count, sums, sizes, invalid, counters: Counters::default() };
         let mut sum = 0.0;
-        for piece in &pieces {
-            all.add_work(piece);
-            all.sizes.iter_mut().zip(&piece.sizes).for_each(|(all, size)| *all += size / count as f64);
-            for size in &piece.sums {
-                sum += size;
-                all.sums.push(sum);
-            }
+        for first in (0..pieces).step_by(WAVE) {
+            let wave: Vec<Self> = (first..pieces.min(first + WAVE as u64)).into_par_iter().map(some).collect();
+            all.add_wave(&wave, &mut sum);
         }
         all
+    }
+
+    fn add_wave(&mut self, wave: &[Self], sum: &mut f64) {
+        for piece in wave {
+            self.add_work(piece);
+            self.sizes.iter_mut().zip(&piece.sizes).for_each(|(all, size)| *all += size / self.count as f64);
+            for size in &piece.sums {
+                *sum += size;
+                self.sums.push(*sum);
+            }
+        }
     }
 
     /// Counts the work of others too, and what was not finite there.
