@@ -151,6 +151,11 @@ fn measure(
     })
 }
 
+/// With its error, if that is more than rounding.
+fn told(number: Number) -> String {
+    if number.error > 1e-6 * number.value { with_error(number.value, Some(number.error)) } else { short(number.value) }
+}
+
 fn in_words(report: &Report) -> String {
     let mut text = format!("{}, {} walks in {} replicates\n", report.scene, report.walks, report.replicates);
     for meter in &report.meters {
@@ -164,8 +169,8 @@ fn in_words(report: &Report) -> String {
         for row in meter.orders.iter().chain([&meter.sum]) {
             let order = row.order.map_or("all".to_owned(), |order| order.to_string());
             let cells = [Some(row.arriving), row.irradiance, Some(row.leaving), row.radiosity];
-            let cell = |number: Option<Number>| number.map_or("—".to_owned(), |n| with_error(n.value, Some(n.error)));
-            let _ = writeln!(text, "  {order:>5}{}", cells.map(|number| format!("{:>26}", cell(number))).concat());
+            let cell = |number: Option<Number>| number.map_or("—".to_owned(), told);
+            let _ = writeln!(text, "  {order:>5}{}", cells.map(|number| format!("  {:>24}", cell(number))).concat());
         }
     }
     if report.invalid > 0 {

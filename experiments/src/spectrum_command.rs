@@ -216,6 +216,7 @@ impl Spread {
 fn with_interval(number: Option<Number>, unit: &str) -> String {
     match number {
         None => "none".to_owned(),
+        Some(Number { value: 0.0, .. }) => "none found".to_owned(),
         Some(Number { value, interval: Some((low, high)) }) => {
             format!("{}{unit} ({} to {})", short(value), short(low), short(high))
         }
@@ -244,7 +245,11 @@ fn in_words(report: &Report) -> String {
     }
     let radius = report.spectral_radius.as_ref().map_or("none: nothing is scattered twice".to_owned(), |radius| {
         let (from, to) = (radius.order, radius.order + 2);
-        format!("about {}, by orders {from} and {to} in {}", with_interval(Some(radius.estimate), ""), radius.channel)
+        format!(
+            "at least about {}, by orders {from} and {to} in {}",
+            with_interval(Some(radius.estimate), ""),
+            radius.channel
+        )
     });
     let _ = writeln!(text, "  spectral radius of T: {radius}");
     let bound = match (report.bound_beyond, report.largest_albedo) {
@@ -265,13 +270,12 @@ fn in_words(report: &Report) -> String {
 
 fn told(spread: &Spread, unit: &str, last: usize, accuracy: f64) -> String {
     let needed = match spread.order_needed {
-        Some(order) => format!("0 to {order}"),
-        None => format!("that go beyond {last}"),
+        Some(order) => format!("orders 0 to {order} have all but {}", percent(accuracy)),
+        None => format!("all but {} of it needs more than {last} orders, or more samples to tell", percent(accuracy)),
     };
     format!(
-        "all orders {}, beyond order {last} {}; all but {} of it is in orders {needed}",
+        "all orders {}, beyond order {last} {}; {needed}",
         with_interval(spread.total, unit),
-        with_interval(spread.beyond, unit),
-        percent(accuracy)
+        with_interval(spread.beyond, unit)
     )
 }

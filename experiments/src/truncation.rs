@@ -89,7 +89,7 @@ impl Truncation {
                 format!("about {} of the image's mean is left out, at most {}", percent(left), percent(most))
             }
             (Some(left), None) => format!("about {} of the image's mean is left out", percent(left)),
-            (None, _) => "how much is left out is not known: the image is black, or orders do not fall".to_owned(),
+            (None, _) => "how much is left out is not known: the image is black, or too noisy in the pilot, or orders do not fall".to_owned(),
         };
         if self.at_most == Some(0.0) {
             return format!("orders 0 to {}, which are all that it carries", self.max_order);

@@ -38,7 +38,7 @@ fn methods_with_a_last_order_and_black_images_have_their_own_words() {
         [[shapes]]\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\nmaterial = \"grey\"\n";
     std::fs::write(folder.path().join("dark.toml"), dark).unwrap();
     let told = succeed(folder.path(), &["render", "dark.toml", "--spp", "4", "--max-order", "auto"]);
-    assert!(told.contains("the image is black, or orders do not fall"), "{told}");
+    assert!(told.contains("the image is black"), "{told}");
 }
 
 #[test]
@@ -62,11 +62,9 @@ fn a_spectrum_is_told_in_words_and_in_json() {
     let folder = tempfile::tempdir().unwrap();
     let spectrum = ["spectrum", "cornell_box", "--paths", "40000", "--spp", "16", "--max-order", "10"];
     let words = succeed(folder.path(), &spectrum);
-    for part in [
-        "spectral radius of T: about 0.5",
-        "bound of the flux beyond order 10: 0.",
-        "all but 0.10 % of it is in orders",
-    ] {
+    for part in
+        ["spectral radius of T: at least about 0.5", "bound of the flux beyond order 10: 0.", "have all but 0.10 %"]
+    {
         assert!(words.contains(part), "{part}: {words}");
     }
     let told: Value = serde_json::from_str(&succeed(folder.path(), &[&spectrum[..], &["--json"]].concat())).unwrap();

@@ -273,7 +273,7 @@ pub struct BsdfArgs {
 pub struct SpectrumArgs {
     /// A built-in scene's name or a file.
     pub scene: String,
-    /// Last order measured.
+    /// Last order measured, 7 or more.
     #[arg(long, value_name = "K", default_value_t = 32, value_parser = parse_measured_order)]
     pub max_order: usize,
     /// The part of all light that may be left out, by which the number of orders needed is told.
@@ -285,7 +285,7 @@ pub struct SpectrumArgs {
     /// Samples per pixel, for the image.
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
     pub spp: u32,
-    /// Independent replicates that share walks and samples.
+    /// Independent replicates that share walks and samples, 8 or more.
     #[arg(long, value_name = "R", default_value_t = 16, value_parser = clap::value_parser!(u32).range(8..))]
     pub replicates: u32,
     /// Seed of all random numbers.
@@ -313,7 +313,7 @@ pub struct MeterArgs {
     /// Walks from the emitters.
     #[arg(long, value_name = "N", default_value = "1e6", value_parser = parse_count)]
     pub paths: u64,
-    /// Independent replicates that share them.
+    /// Independent replicates that share them, 4 or more.
     #[arg(long, value_name = "R", default_value_t = 16, value_parser = clap::value_parser!(u32).range(4..))]
     pub replicates: u32,
     /// Seed of all random numbers.

@@ -162,6 +162,9 @@ pub fn percent(share: f64) -> String {
         return "—".to_owned();
     }
     let percent = share * 100.0;
+    if percent != 0.0 && percent.abs() < 1e-3 {
+        return format!("{} %", short(percent));
+    }
     let digits = (1 - percent.abs().max(1e-3).log10().floor() as i32).clamp(0, 4) as usize;
     format!("{percent:.digits$} %").replace('-', "−")
 }

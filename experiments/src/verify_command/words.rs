@@ -110,7 +110,7 @@ fn agreement_in_words(rows: &[AgreementRow]) -> String {
             .to_owned();
     }
     let mut text = format!(
-        "No two methods differ in {}: a bias of {:.2} % of an order's mean would have been found nine times out of ten in each.",
+        "No two methods differ in {}: in each, a bias of {:.2} % of its mean would have been found nine times out of ten by the sharpest pair.",
         named(&tested),
         100.0 * most
     );
@@ -228,7 +228,7 @@ mod tests {
             row(3, Verdict::Inconclusive, f64::INFINITY, 1.0),
         ];
         let text = sentence(&rows, &BTreeMap::new());
-        assert!(text.contains("orders 0 to 2: a bias of 1.00 %") && text.contains("decided in order 3"), "{text}");
+        assert!(text.contains("orders 0 to 2: in each, a bias of 1.00 %") && text.contains("decided in order 3"), "{text}");
         let open = sentence(&rows[4..], &BTreeMap::new());
         assert!(open.starts_with("Nothing could be decided"), "{open}");
     }
