@@ -228,7 +228,10 @@ mod tests {
             row(3, Verdict::Inconclusive, f64::INFINITY, 1.0),
         ];
         let text = sentence(&rows, &BTreeMap::new());
-        assert!(text.contains("orders 0 to 2: in each, a bias of 1.00 %") && text.contains("decided in order 3"), "{text}");
+        assert!(
+            text.contains("orders 0 to 2: in each, a bias of 1.00 %") && text.contains("decided in order 3"),
+            "{text}"
+        );
         let open = sentence(&rows[4..], &BTreeMap::new());
         assert!(open.starts_with("Nothing could be decided"), "{open}");
     }
