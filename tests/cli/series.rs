@@ -60,10 +60,11 @@ fn orders_that_cannot_be_chosen_are_refused_with_the_mend() {
 #[test]
 fn a_spectrum_is_told_in_words_and_in_json() {
     let folder = tempfile::tempdir().unwrap();
-    let spectrum = ["spectrum", "cornell_box", "--paths", "40000", "--spp", "16", "--max-order", "10"];
+    let spectrum =
+        ["spectrum", "cornell_box", "--paths", "40000", "--spp", "16", "--max-order", "10", "--accuracy", "0.02"];
     let words = succeed(folder.path(), &spectrum);
     for part in
-        ["spectral radius of T: at least about 0.5", "bound of the flux beyond order 10: 0.", "have all but 0.10 %"]
+        ["spectral radius of T: at least about 0.5", "bound of the flux beyond order 10: 0.", "have all but 2.0 %"]
     {
         assert!(words.contains(part), "{part}: {words}");
     }
