@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         SIZE.0, SIZE.1
     );
     println!(
-        "below each class stands its part of the image's light. `—`: the method does not carry the class; `exact`: without any"
+        "beside each class stands its part of the image's light. `—`: the method does not carry the class; `exact`: without any"
     );
     println!(
         "variance; (part): it carries less than half of it; *: biased. Variances of rare paths are themselves uncertain: a factor of"
@@ -82,6 +82,8 @@ fn table(scene: &Scene, methods: &Methods) -> Result<(), Box<dyn std::error::Err
     for (name, expression, bias, cells) in &rows {
         let biased = if *bias == Bias::None { "" } else { "*" };
         let told = columns.iter().map(|&i| format!(" {} |", in_words(cells[i], path[i], all[i])));
+        // A bar would end the cell, even within code.
+        let expression = expression.replace('|', r"\|");
         println!("| `{name}`{biased} | `{expression}` |{}", told.collect::<String>());
     }
     Ok(())
