@@ -65,9 +65,7 @@ impl Budget {
             let settings = RenderSettings { samples_per_replicate: samples, role: Role::Pilot, ..settings.clone() };
             let mut pilot = render(settings)?;
             pilot.run_replicate(&|_| {});
-            if let Some(signal) = stop.signal() {
-                return Err(Error::Interrupted(signal));
-            }
+            stop.check()?;
             if pilot.seconds() >= PILOT_PART * seconds || samples >= 1 << 20 {
                 let fitting = seconds / f64::from(self.replicates) * f64::from(samples) / pilot.seconds();
                 return Ok((fitting as u32).clamp(1, u32::MAX / self.replicates));

@@ -121,9 +121,7 @@ fn measure(
     for replicate in 0..args.replicates {
         let key = StreamKey::new(args.seed, "flux", Role::Estimate, replicate);
         replicates.push(progress.during(1.0, |_| Flux::of(scene, regions, args.max_order, key, walks)));
-        if let Some(signal) = stop.signal() {
-            return Err(Error::Interrupted(signal));
-        }
+        stop.check()?;
     }
     let told = |i: usize| {
         let row = |order: Option<usize>| {

@@ -9,7 +9,7 @@ use crate::report::numbers::{percent, short};
 use crate::statistics::Estimate;
 use crate::statistics::series::{self, Series};
 use crate::stop::Stop;
-use crate::subject::render_settings;
+use crate::subject::{render_settings, small_size};
 use crate::truncation::series_of;
 use integrators::flux::Flux;
 use integrators::{Integrator, Methods, Orders, Render, RenderSettings};
@@ -21,8 +21,6 @@ use std::fmt::Write;
 
 /// What is rendered of the image; what it loses is told.
 const METHOD: &str = "path";
-/// The longer side of the image \[pixels\]; its mean is all that is needed of it.
-const LONGER_SIDE: u32 = 96;
 
 /// What `--json` prints.
 #[derive(Serialize)]
@@ -121,17 +119,12 @@ pub fn spectrum(args: &SpectrumArgs, methods: &Methods, verbosity: Verbosity, st
 
 fn load(args: &SpectrumArgs) -> Result<Scene, Error> {
     let loaded = scenes::load(&args.scene, &LoadOptions::default())?;
-    let (width, height) = (loaded.camera.width(), loaded.camera.height());
-    let scale = f64::from(LONGER_SIDE) / f64::from(width.max(height));
-    if scale >= 1.0 {
+    let size = small_size(&loaded.camera);
+    if size == (loaded.camera.width(), loaded.camera.height()) {
         return Ok(loaded);
     }
-    let scaled = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
     drop(loaded);
-    Ok(scenes::load(
-        &args.scene,
-        &LoadOptions { size: Some((scaled(width), scaled(height))), ..LoadOptions::default() },
-    )?)
+    Ok(scenes::load(&args.scene, &LoadOptions { size: Some(size), ..LoadOptions::default() })?)
 }
 
 fn measure(
@@ -152,7 +145,7 @@ fn measure(
         let found = progress.during(1.0, |_| Flux::of(scene, &[], last, key, walks));
         invalid += found.invalid.iter().sum::<u64>();
         flux.push(found.orders);
-        interrupted(stop)?;
+        stop.check()?;
     }
     progress.say(format!("{METHOD} in {}", scene.name));
     let settings = render_settings(method, Orders::up_to(last), false, args.seed, SamplerKind::Independent);
@@ -160,7 +153,7 @@ fn measure(
     let mut render = Render::new(scene, method, RenderSettings { samples_per_replicate, ..settings })?;
     for _ in 0..replicates {
         progress.during(1.0, |report| render.run_replicate(report));
-        interrupted(stop)?;
+        stop.check()?;
     }
     let image = render.finish();
     invalid += image.invalid.iter().sum::<u64>();
@@ -187,22 +180,14 @@ fn measure(
     })
 }
 
-fn interrupted(stop: &Stop) -> Result<(), Error> {
-    stop.signal().map_or(Ok(()), |signal| Err(Error::Interrupted(signal)))
-}
-
 impl Spread {
     fn of(series: &Series, accuracy: f64) -> Self {
         let last = series.last();
-        let root = |k: usize| {
-            let channels = (0..3).filter_map(|c| series.root(k, c));
-            channels.max_by(|a, b| a.value.total_cmp(&b.value))
-        };
         let row = |order: usize| Row {
             order,
             power: series.power(order).into(),
             ratio: (order < last).then(|| series.ratio(order)).flatten().map(Number::from),
-            root: (order + 2 <= last).then(|| root(order)).flatten().map(Number::from),
+            root: (order + 2 <= last).then(|| series.largest_root(order)).flatten().map(|root| root.estimate.into()),
         };
         Self {
             orders: (0..=last).map(row).collect(),

@@ -1,5 +1,6 @@
 //! Ctrl-C and SIGTERM: the first one asks for an end after the replicate at work, the second one ends the program at once.
 
+use crate::error::Error;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 use std::sync::Arc;
@@ -53,5 +54,13 @@ impl Stop {
             0 => None,
             signal => Some(signal as i32),
         }
+    }
+
+    /// For work that leaves nothing behind where it ends early.
+    ///
+    /// # Errors
+    /// If an end was asked for.
+    pub fn check(&self) -> Result<(), Error> {
+        self.signal().map_or(Ok(()), |signal| Err(Error::Interrupted(signal)))
     }
 }

@@ -7,7 +7,7 @@ use crate::statistics_file::Seconds;
 use crate::{budget, settings};
 use integrators::{Integrator, Methods, Orders, RenderSettings};
 use sampling::sampler::{Role, SamplerKind};
-use scenes::{Scene, Skip};
+use scenes::{Camera, Scene, Skip};
 use std::time::Instant;
 
 /// Samples per pixel where none are asked for.
@@ -53,6 +53,16 @@ impl Subject {
         let settings = render_settings(&*method, orders, tail, args.seed, sampler);
         Ok(Self { scene, method, settings, seconds })
     }
+}
+
+/// The longer side of images of which means are all that is asked \[pixels\]; more would tell no more.
+const LONGER_SIDE: u32 = 96;
+
+/// Width and height of an image like a camera's that is no larger than its means need.
+pub fn small_size(camera: &Camera) -> (u32, u32) {
+    let scale = (f64::from(LONGER_SIDE) / f64::from(camera.width().max(camera.height()))).min(1.0);
+    let scaled = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
+    (scaled(camera.width()), scaled(camera.height()))
 }
 
 /// The settings of a render whose number of samples is not known yet.

@@ -63,9 +63,7 @@ impl Truncation {
         let mut pilot = Render::new(scene, method, settings)?;
         for _ in 0..REPLICATES {
             pilot.run_replicate(&|_| {});
-            if let Some(signal) = stop.signal() {
-                return Err(Error::Interrupted(signal));
-            }
+            stop.check()?;
         }
         let measurement = pilot.finish();
         let series = series_of(&measurement);

@@ -15,6 +15,7 @@ use crate::source::Source;
 use crate::states::States;
 use crate::stop::Stop;
 use crate::stress::{self, Amount, Stressed};
+use crate::subject::small_size;
 use crate::{budget, runner};
 use integrators::Methods;
 use scenes::{LoadOptions, Skip};
@@ -24,8 +25,6 @@ use words::{in_words, sentence};
 
 mod words;
 
-/// The longer side of the images \[pixels\]; more would tell no more, since blocks are compared.
-const LONGER_SIDE: u32 = 96;
 /// The last order where neither the command line nor the scene names one.
 const MAX_ORDER: usize = 8;
 
@@ -154,10 +153,7 @@ fn plan(scene: &str, args: &VerifyArgs, methods: &Methods) -> Result<(Plan, Vec<
             left_out.join("; ")
         )));
     }
-    let (width, height) = (loaded.camera.width(), loaded.camera.height());
-    let scale = f64::from(LONGER_SIDE) / f64::from(width.max(height));
-    let scaled = |side: u32| ((f64::from(side) * scale.min(1.0)).round() as u32).max(1);
-    let (width, height) = args.size.unwrap_or((scaled(width), scaled(height)));
+    let (width, height) = args.size.unwrap_or_else(|| small_size(&loaded.camera));
     let experiment = Experiment {
         title: String::new(),
         description: String::new(),

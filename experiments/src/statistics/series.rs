@@ -63,18 +63,21 @@ impl Series {
         self.jackknife(|orders| positive(orders[order + 2][channel], orders[order][channel]).map(f64::sqrt))
     }
 
+    /// The root of the channel in which it is largest.
+    pub fn largest_root(&self, order: usize) -> Option<Radius> {
+        let of = |channel| Some(Radius { order, channel, estimate: self.root(order, channel)? });
+        (0..3).filter_map(of).max_by(|a, b| a.estimate.value.total_cmp(&b.estimate.value))
+    }
+
     /// What is known of the spectral radius: the root at the highest order that tells it well, or at the one that tells it best. It grows
     /// towards the radius with the order, and the interval is of its noise alone. `None` where nothing is scattered twice.
     pub fn radius(&self) -> Option<Radius> {
-        let largest = |order: usize| {
-            let of = |channel| Some(Radius { order, channel, estimate: self.root(order, channel)? });
-            (0..3).filter_map(of).max_by(|a, b| a.estimate.value.total_cmp(&b.estimate.value))
-        };
         let error = |radius: &Radius| match radius.estimate.interval {
             Some((low, high)) if radius.estimate.value > 0.0 => (high - low) / (4.0 * radius.estimate.value),
             _ => f64::INFINITY,
         };
-        let all: Vec<Radius> = (0..self.last().saturating_sub(1)).filter_map(largest).collect();
+        let all: Vec<Radius> =
+            (0..self.last().saturating_sub(1)).filter_map(|order| self.largest_root(order)).collect();
         let last = |most: f64| all.iter().rev().find(|radius| error(radius) <= most);
         let best = || all.iter().min_by(|a, b| error(a).total_cmp(&error(b)));
         SURE.into_iter().find_map(last).or_else(best).copied()
