@@ -47,9 +47,21 @@ struct Count {
 struct Table(BTreeMap<Key, Count>);
 
 impl Table {
+    fn entry(&mut self, quantity: &str, kind: &str, replicates: usize) -> &mut Count {
+        self.0.entry((quantity.to_owned(), kind.to_owned(), replicates)).or_default()
+    }
+
+    /// Adds a p-value where the null hypothesis is true. One that is not there, although there are enough replicates, rejects it.
+    fn add_p_value(&mut self, quantity: &str, kind: &str, replicates: usize, p: Option<f64>) {
+        let count = self.entry(quantity, kind, replicates);
+        count.runs += 1;
+        count.hits += usize::from(p.is_some_and(|p| p > 1.0 - COVERAGE));
+        count.width = f64::NAN;
+    }
+
     /// Adds an interval. One that is not there, although there are enough replicates, covers nothing.
     fn add(&mut self, quantity: &str, kind: &str, estimate: Estimate, truth: f64) {
-        let count = self.0.entry((quantity.to_owned(), kind.to_owned(), estimate.replicates)).or_default();
+        let count = self.entry(quantity, kind, estimate.replicates);
         let (low, high) = estimate.interval.unwrap_or((f64::NAN, f64::NAN));
         count.runs += 1;
         count.hits += usize::from(low <= truth && truth <= high);

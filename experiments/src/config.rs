@@ -317,11 +317,11 @@ pub fn samples_per_replicate(spp: u32, replicates: u32) -> Result<u32, String> {
     let above = (u64::from(spp) / u64::from(replicates) + 1) * u64::from(replicates);
     // Divisors come in pairs.
     let pairs = (1..=spp.isqrt()).filter(|&small| spp.is_multiple_of(small)).flat_map(|small| [small, spp / small]);
-    let divisor = pairs.filter(|&divisor| divisor <= replicates).max().unwrap_or(1);
+    let divisor = pairs.filter(|divisor| (2..=replicates).contains(divisor)).max();
+    let fewer = divisor.map_or(String::new(), |divisor| format!(", or {divisor} replicates"));
     let samples = if below == 0 { above.to_string() } else { format!("{below} or {above}") };
     Err(format!(
-        "{spp} samples per pixel cannot be divided evenly among {replicates} replicates; \
-         take {samples} samples, or {divisor} replicates"
+        "{spp} samples per pixel cannot be divided evenly among {replicates} replicates; take {samples} samples{fewer}"
     ))
 }
 

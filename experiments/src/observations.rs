@@ -74,11 +74,18 @@ impl Observations {
         let mut squares: Vec<Vec<f64>> = (0..layers).map(|layer| covariances.squares(layer).to_vec()).collect();
         squares.push(covariances.squares_of_sum());
         let later = seconds.get(1..)?;
+        let variance: Vec<Estimate> =
+            squares.iter().enumerate().map(|(i, q)| positive::variance(q, i as u64)).collect();
         let pairs = (0..layers).flat_map(|i| (0..=i).map(move |j| (i, j)));
+        // With itself an order has its variance, of which there is but one interval.
+        let covariance = |(i, j): (usize, usize)| match i == j {
+            true => variance[i],
+            false => covariances.covariance(i, j, (i << 16 | j) as u64),
+        };
         Some(Intervals {
-            variance: squares.iter().enumerate().map(|(i, q)| positive::variance(q, i as u64)).collect(),
+            covariance: pairs.map(covariance).collect(),
+            variance,
             efficiency: squares.iter().enumerate().map(|(i, q)| positive::efficiency(q, later, i as u64)).collect(),
-            covariance: pairs.map(|(i, j)| covariances.covariance(i, j, (i << 16 | j) as u64)).collect(),
             squares,
         })
     }

@@ -11,8 +11,10 @@ use crate::manifest::MANIFEST;
 use crate::output::Folder;
 use crate::plan::Plan;
 use crate::progress::{Verbosity, while_loading};
-use crate::result::{AgreementRow, ExperimentResult, Manifest, RatioRow, SceneTruth, Verdict};
+use crate::report::summary::Tone;
+use crate::result::{ExperimentResult, Manifest, SceneTruth};
 use crate::runner::Outcome;
+use crate::settings::Assignment;
 use crate::source::Source;
 use crate::states::States;
 use crate::stop::Stop;
@@ -23,6 +25,9 @@ use crate::{
 use integrators::{Methods, Part};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
+use words::{differences, judgements, summary};
+
+mod words;
 
 /// Runs an experiment and writes its results.
 ///
@@ -30,8 +35,11 @@ use std::time::SystemTime;
 /// If anything asked for is impossible: found out before any ray is traced, but for a disk that fills up.
 pub fn run(args: &RunArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
     let started = SystemTime::now();
-    let source = Source::open(&args.experiment)?;
+    let mut source = Source::open(&args.experiment)?;
     let experiment = changed(source.parse()?, args)?;
+    for (key, flag) in flags(args, &experiment) {
+        source.changed_by(&key, flag);
+    }
     let mut plan = while_loading(verbosity, || Plan::new(&source, experiment, methods))?;
     let path = args.out.clone().unwrap_or_else(|| PathBuf::from("results").join(&plan.name));
     let mut folder = Folder::open(&path)?;
@@ -67,10 +75,13 @@ pub fn run(args: &RunArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop)
     if complete {
         states.end()?;
     }
-    // Differences are warnings, which no one asked to be quiet about.
+    // Warnings are what no one asked to be quiet about.
+    let (judged, warnings): (Vec<_>, Vec<_>) =
+        judgements(&result).into_iter().partition(|(_, s)| s.tone == Tone::Plain);
     eprint!("{}", differences(&result));
+    warnings.iter().for_each(|(scene, sentence)| eprintln!("warning: {scene}: {}", sentence.text));
     if verbosity == Verbosity::Normal {
-        print(&summary(&result, &path))?;
+        print(&summary(&result, &judged, &path))?;
     }
     if stop.signal().is_some() {
         eprintln!("stopped early: {} holds what was complete; {GO_ON}", path.display());
@@ -139,6 +150,30 @@ fn changed(experiment: Experiment, args: &RunArgs) -> Result<Experiment, Error> 
     experiment.max_order = args.max_order.unwrap_or(experiment.max_order);
     experiment.seed = args.seed.unwrap_or(experiment.seed);
     Ok(experiment)
+}
+
+/// The keys that flags change, and the flags as faults are told of them.
+fn flags(args: &RunArgs, experiment: &Experiment) -> Vec<(String, String)> {
+    let number = |key: &str, value: Option<String>| {
+        let name = key.replace('_', "-");
+        value.map(|value| (key.to_owned(), format!("--{name} {value}")))
+    };
+    let given = [
+        number("seconds", args.seconds.map(|s| s.to_string())),
+        number("spp", args.spp.map(|n| n.to_string())),
+        number("max_spp", args.max_spp.map(|n| n.to_string())),
+        number("replicates", args.replicates.map(|r| r.to_string())),
+        number("max_order", args.max_order.map(|k| k.to_string())),
+        args.until.map(|_| ("until".to_owned(), "--until".to_owned())),
+        args.size.map(|(width, height)| ("size".to_owned(), format!("--size {width}x{height}"))),
+        args.reference.as_ref().map(|file| ("reference".to_owned(), format!("--reference {}", file.display()))),
+        number("sampler", args.sampler.clone()),
+    ];
+    let told = |set: &Assignment| {
+        let keys = settings::keys(set, experiment).into_iter();
+        keys.map(|key| (key, format!("--set {set}"))).collect::<Vec<_>>()
+    };
+    args.set.iter().flat_map(told).chain(given.into_iter().flatten()).collect()
 }
 
 /// What to do after an end before the end.
@@ -248,48 +283,4 @@ fn status(result: &ExperimentResult, args: &RunArgs, stop: &Stop) -> Status {
         status = Status::Failed;
     }
     stop.signal().map_or(status, Status::Interrupted)
-}
-
-/// A line for every pair of methods that differ in an order.
-fn differences(result: &ExperimentResult) -> String {
-    let line = |row: &AgreementRow| {
-        format!(
-            "warning: {} and {} differ in {}, order {}: {:.6e} and {:.6e}, {:.1} standard errors, {} of {} blocks\n",
-            row.a,
-            row.b,
-            row.scene,
-            row.order.label(),
-            row.mean_a,
-            row.mean_b,
-            row.t.abs(),
-            row.rejected,
-            row.blocks
-        )
-    };
-    result.agreement.iter().filter(|row| row.verdict == Verdict::Differ).map(line).collect()
-}
-
-fn summary(result: &ExperimentResult, path: &Path) -> String {
-    let mut text = String::new();
-    if !result.agreement.is_empty() && result.agreement.iter().all(|row| row.verdict != Verdict::Differ) {
-        text += "no two methods differ in any order\n";
-    }
-    text += &ratios(&result.ratios);
-    text + &format!("{:.1} s; see {}\n", result.manifest.seconds, path.join("report.html").display())
-}
-
-/// A line for every scene and sampler: its errors order by order, relative to the first sampler's.
-fn ratios(rows: &[RatioRow]) -> String {
-    let mut text = String::new();
-    let heads: Vec<(&str, &str)> = rows.iter().map(|row| (row.scene.as_str(), row.label.as_str())).collect();
-    for (i, row) in rows.iter().enumerate() {
-        if !heads[..i].contains(&heads[i]) {
-            let end = if i == 0 { "" } else { "\n" };
-            let RatioRow { scene, label, baseline, samples, .. } = row;
-            text += &format!("{end}{scene}, {label} against {baseline}, {samples} samples per pixel: RMSE");
-        }
-        let order = row.order.map_or("sum".to_owned(), |layer| format!("order {}", layer.label()));
-        text += &format!(" · {order} {:.3} [{:.3}, {:.3}]", row.ratio, row.ci.0, row.ci.1);
-    }
-    if rows.is_empty() { text } else { text + "\n" }
 }

@@ -1,6 +1,6 @@
 //! `--set key=value`: the value is read as TOML, the key is a name or a path of names.
 
-use crate::config::Experiment;
+use crate::config::{Experiment, MethodEntry};
 use crate::error::{Error, unknown};
 use serde_json::Value;
 use std::fmt;
@@ -89,16 +89,41 @@ pub fn change_experiment(experiment: Experiment, assignments: &[Assignment]) -> 
     Ok(experiment)
 }
 
+/// The methods of an experiment that a change is of, and which of their settings.
+fn meant<'a>(assignment: &'a Assignment, experiment: &Experiment) -> (Vec<usize>, Option<&'a str>) {
+    let [first, key] = assignment.path.as_slice() else { return (Vec::new(), None) };
+    let methods = (0..experiment.methods.len()).filter(|&i| is_called(&experiment.methods[i], first));
+    (methods.collect(), Some(key))
+}
+
+fn is_called(entry: &MethodEntry, name: &str) -> bool {
+    entry.name == name || entry.label.as_deref() == Some(name)
+}
+
+/// The keys of an experiment's file that a change is of: `spp`, `methods.0.settings.mis`.
+pub fn keys(assignment: &Assignment, experiment: &Experiment) -> Vec<String> {
+    match meant(assignment, experiment) {
+        (methods, Some(key)) if !methods.is_empty() => {
+            methods.into_iter().map(|i| format!("methods.{i}.settings.{key}")).collect()
+        }
+        _ => vec![assignment.key()],
+    }
+}
+
 fn change(mut experiment: Experiment, assignment: &Assignment) -> Result<Experiment, Error> {
-    let (first, rest) = (&assignment.path[0], &assignment.path[1..]);
-    let is_meant = |entry: &crate::config::MethodEntry| entry.name == *first || entry.label.as_ref() == Some(first);
-    if let ([key], true) = (rest, experiment.methods.iter().any(is_meant)) {
-        for entry in experiment.methods.iter_mut().filter(|entry| is_meant(entry)) {
-            entry.settings.insert(key.clone(), assignment.value.clone());
+    let first = &assignment.path[0];
+    if let (methods, Some(key)) = meant(assignment, &experiment)
+        && !methods.is_empty()
+    {
+        for i in methods {
+            experiment.methods[i].settings.insert(key.to_owned(), assignment.value.clone());
         }
         return Ok(experiment);
     }
     let bad = |reason: String| Error::usage(format!("--set {}: {reason}", assignment.key()));
+    if experiment.methods.iter().any(|entry| is_called(entry, first)) {
+        return Err(bad(format!("{first} is a method; write {first}.SETTING=VALUE, such as --set bdpt.mis=power")));
+    }
     if !Experiment::KEYS.contains(&first.as_str()) {
         let methods = experiment.methods.iter().map(|entry| entry.name.as_str());
         let names: Vec<&str> = Experiment::KEYS.iter().copied().chain(methods).collect();

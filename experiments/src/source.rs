@@ -2,6 +2,7 @@
 
 use crate::config::Experiment;
 use crate::error::{Error, nearest, unknown};
+use integrators::in_plain_words;
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
@@ -29,7 +30,13 @@ pub struct Source {
     /// The file; `None` for a built-in.
     pub path: Option<PathBuf>,
     text: String,
+    /// Keys that the command line changed, and how it did: they are no fault of the file.
+    flags: Vec<(String, String)>,
 }
+
+/// What is blamed where it alone was changed: a fault of the first key may as well be one of the second.
+const TOGETHER: [(&str, &str); 4] =
+    [("spp", "replicates"), ("until", "max_order"), ("until", "spp"), ("max_spp", "spp")];
 
 impl Source {
     /// A built-in experiment's name, or a path (anything with a `/` or ending in `.toml`).
@@ -38,7 +45,7 @@ impl Source {
     /// If there is no such experiment or file.
     pub fn open(name_or_path: &str) -> Result<Self, Error> {
         if let Some((name, text)) = LIBRARY.iter().find(|(name, _)| *name == name_or_path) {
-            return Ok(Self { name: (*name).to_owned(), path: None, text: (*text).to_owned() });
+            return Ok(Self { name: (*name).to_owned(), path: None, text: (*text).to_owned(), flags: Vec::new() });
         }
         let path = Path::new(name_or_path);
         if path.extension().is_none_or(|e| e != "toml") && !name_or_path.contains('/') {
@@ -49,12 +56,12 @@ impl Source {
         let failed = |source| Error::Io { action: "read", path: path.to_owned(), source, mend };
         let text = scenes::file::read_text(path).map_err(failed)?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Self { name, path: Some(path.to_owned()), text })
+        Ok(Self { name, path: Some(path.to_owned()), text, flags: Vec::new() })
     }
 
     /// What a command makes up itself.
     pub fn of_command(name: &str) -> Self {
-        Self { name: name.to_owned(), path: None, text: String::new() }
+        Self { name: name.to_owned(), path: None, text: String::new(), flags: Vec::new() }
     }
 
     /// Reads the file; what it asks for is not checked yet, see [`Experiment::check`].
@@ -68,9 +75,31 @@ impl Source {
         })
     }
 
-    /// Blames a key of the file, such as `size`, `convergence.size` or `methods.1.name` (the second method's).
+    /// Notes that the command line changed a key, by a flag written like this: `--spp 7`.
+    pub fn changed_by(&mut self, key: &str, flag: String) {
+        self.flags.push((key.to_owned(), flag));
+    }
+
+    /// Blames a key, such as `size`, `convergence.size` or `methods.1.name` (the second method's): the flag that changed it, or else
+    /// its place in the file.
     pub fn blame(&self, key: &str, message: String) -> Error {
-        self.fault(self.line_of(key), message)
+        match self.flag_of(key) {
+            Some(flag) => Error::usage(format!("{flag}: {message}")),
+            None => self.fault(self.line_of(key), message),
+        }
+    }
+
+    /// The flag that changed a key, a part of it, or what is told together with it.
+    fn flag_of(&self, key: &str) -> Option<&str> {
+        let within = |inner: &str, outer: &str| {
+            inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        let changed = |key: &str| {
+            let flag = self.flags.iter().rev().find(|(own, _)| within(own, key) || within(key, own));
+            flag.map(|(_, flag)| flag.as_str())
+        };
+        let others = TOGETHER.iter().filter(|(first, _)| *first == key).map(|(_, second)| *second);
+        changed(key).or_else(|| others.into_iter().find_map(changed))
     }
 
     /// The line of a key, or of the innermost part of it that the file has.
@@ -109,7 +138,8 @@ impl Source {
     }
 }
 
-/// Adds the nearest valid name to serde's message about an unknown one: "unknown field `spb`, expected one of `spp`, …".
+/// serde's message in plain words, and with the nearest valid name where it is about an unknown one: "unknown field `spb`,
+/// expected one of `spp`, …".
 pub fn with_nearest(message: &str) -> String {
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     match quoted.split_first() {
@@ -117,7 +147,7 @@ pub fn with_nearest(message: &str) -> String {
             Some(near) => format!("{message}; did you mean `{near}`?"),
             None => message.to_owned(),
         },
-        _ => message.to_owned(),
+        _ => in_plain_words(message),
     }
 }
 
@@ -126,7 +156,7 @@ mod tests {
     use super::*;
 
     fn source(text: &str) -> Source {
-        Source { name: "x".into(), path: Some("dir/x.toml".into()), text: text.into() }
+        Source { name: "x".into(), path: Some("dir/x.toml".into()), text: text.into(), flags: Vec::new() }
     }
 
     const SMALL: &str = "scenes = [\"furnace\"]\nspp = 8\n[[methods]]\nname = \"path\"\n";
@@ -167,6 +197,17 @@ mod tests {
         assert_eq!(["convergence.size", "convergence.replicates"].map(place), [":11: ", ":12: "]);
         // What is not there is blamed on what it belongs to.
         assert_eq!(["methods.1.label", "convergence.checkpoints", "spp"].map(place), [":7: ", ":10: ", ": "]);
+    }
+
+    #[test]
+    fn what_a_flag_changed_is_no_fault_of_the_file() {
+        let mut source = source(SMALL);
+        source.changed_by("replicates", "--replicates 5".to_owned());
+        source.changed_by("until.order", "--set until.order=9".to_owned());
+        let place = |key: &str| source.blame(key, "wrong".to_owned()).to_string();
+        assert_eq!(["spp", "replicates"].map(place), ["--replicates 5: wrong"; 2]);
+        assert_eq!(["until", "until.order"].map(place), ["--set until.order=9: wrong"; 2]);
+        assert_eq!(["scenes", "replicatesx"].map(place), ["dir/x.toml:1: wrong", "dir/x.toml: wrong"]);
     }
 
     #[test]

@@ -67,3 +67,4 @@ pub use method::{Estimator, Integrator, MethodError, Methods};
 pub use parts::{Part, PartSettings, PathClass, Quantity};
 pub use render::{Render, RenderError, RenderSettings};
 pub use request::{Orders, Request};
+pub use settings::in_plain_words;

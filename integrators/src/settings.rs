@@ -30,7 +30,7 @@ pub fn parse_settings<E: Serialize + DeserializeOwned + Default>(
                 }
                 merged.insert(key.clone(), value.clone());
                 serde_json::from_value::<E>(Value::Object(merged.clone()))
-                    .map_err(|e| bad(format!("setting `{key}`: {e}")))?;
+                    .map_err(|e| bad(format!("setting `{key}`: {}", in_plain_words(&e.to_string()))))?;
             }
         }
         _ => return Err(bad("settings must be a table of names and values".to_owned())),
@@ -38,8 +38,47 @@ pub fn parse_settings<E: Serialize + DeserializeOwned + Default>(
     serde_json::from_value(Value::Object(merged)).map_err(|e| bad(e.to_string()))
 }
 
+/// What serde says of a value of the wrong kind, in words that are not Rust's: "invalid type: string "x", expected u32" becomes
+/// "string "x", where a whole number is needed".
+pub fn in_plain_words(message: &str) -> String {
+    const KINDS: [(&str, &str); 10] = [
+        ("usize", "a whole number"),
+        ("u64", "a whole number"),
+        ("u32", "a whole number"),
+        ("u8", "a whole number"),
+        ("f64", "a number"),
+        ("f32", "a number"),
+        ("a boolean", "true or false"),
+        ("a string", "a name"),
+        ("string or map", "a name"),
+        ("a sequence", "a list"),
+    ];
+    let told = message.strip_prefix("invalid type: ").or_else(|| message.strip_prefix("invalid value: "));
+    match told.and_then(|told| told.rsplit_once(", expected ")) {
+        Some((given, kind)) => {
+            let kind = KINDS.iter().find(|(serde, _)| *serde == kind).map_or(kind, |(_, plain)| plain);
+            format!("{given}, where {kind} is needed")
+        }
+        None => message.to_owned(),
+    }
+}
+
 /// The name most like `name`, if there is any name.
 pub fn nearest<'n>(name: &str, names: &[&'n str]) -> Option<&'n str> {
     let similarity = |other: &str| strsim::jaro_winkler(&name.to_lowercase(), &other.to_lowercase());
     names.iter().copied().max_by(|a, b| similarity(a).total_cmp(&similarity(b)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_of_the_wrong_kind_are_told_of_in_plain_words() {
+        let number = serde_json::from_str::<u32>("\"x\"").unwrap_err().to_string();
+        assert!(in_plain_words(&number).starts_with("string \"x\", where a whole number is needed"), "{number}");
+        let negative = serde_json::from_value::<u32>(Value::from(-1)).unwrap_err().to_string();
+        assert_eq!(in_plain_words(&negative), "integer `-1`, where a whole number is needed");
+        assert_eq!(in_plain_words("order 9 is above 8"), "order 9 is above 8");
+    }
 }

@@ -7,6 +7,7 @@ use neumann::statistics::errors::{Errors, Reference};
 use neumann::statistics::slopes::{Point, slope, time_to_error};
 use neumann::statistics::{Estimate, means, positive, time};
 use rayon::prelude::*;
+use sampling::moments::Moments;
 use sampling::rng::{Stream, mix2};
 
 /// Pixels of an image.
@@ -17,8 +18,10 @@ const CHECKPOINTS: [usize; 4] = [2, 4, 8, 16];
 const SAMPLES: usize = 16;
 /// Seconds of a sample, on average.
 const SECOND: f64 = 0.01;
-/// Replicates of a reference, in replicates of the method.
-const REFERENCE: f64 = 64.0;
+/// Samples of a reference, in replicates of the method.
+const REFERENCE: usize = 64;
+/// And the replicates of each of its halves.
+const REFERENCE_REPLICATES: usize = 16;
 
 /// How the pixels of a replicate come about. All of them have the mean [`mean`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -139,17 +142,32 @@ impl Run {
     }
 }
 
+/// A reference of the kind's own images, which knows of its noise what its replicates say: a mean, a half of its own, a variance.
+fn made_reference(kind: Kind, chance: &mut Chance) -> [Vec<[f64; 3]>; 3] {
+    let of_pixels =
+        |of: &dyn Fn(usize) -> f64| -> Vec<[f64; 3]> { (0..PIXELS).flat_map(|p| [[of(p); 3]; 2]).collect() };
+    let mut halves = [0; 2].map(|_| vec![Moments::default(); PIXELS]);
+    for half in &mut halves {
+        for _ in 0..REFERENCE_REPLICATES {
+            let image = kind.image(REFERENCE * SAMPLES / REFERENCE_REPLICATES, chance);
+            half.iter_mut().zip(image).for_each(|(pixel, x)| pixel.push(x));
+        }
+    }
+    let variance = |p: usize| halves[0][p].variance() / REFERENCE_REPLICATES as f64;
+    [of_pixels(&|p| halves[0][p].mean), of_pixels(&|p| halves[1][p].mean), of_pixels(&variance)]
+}
+
 /// Errors against a noisy reference, with a bias that is this part of every pixel's mean.
-fn errors(table: &mut Table, kind: Kind, bias: f64, replicates: usize, chance: &mut Chance) {
+fn errors(
+    table: &mut Table,
+    (kind, replicates): (Kind, usize),
+    bias: f64,
+    made: &[Vec<[f64; 3]>; 3],
+    chance: &mut Chance,
+) {
     let run = Run::new(kind, SAMPLES, replicates, chance);
     let variance = kind.variance() / SAMPLES as f64;
-    let noise = variance / REFERENCE;
-    let grey =
-        |of: &mut dyn FnMut(usize) -> f64| -> Vec<[f64; 3]> { (0..PIXELS).flat_map(|p| [[of(p); 3]; 2]).collect() };
-    let reference = grey(&mut |p| mean(p) * (1.0 + noise.sqrt() * chance.normal()));
-    let half = grey(&mut |p| mean(p));
-    let variances = grey(&mut |p| noise * mean(p).powi(2));
-    let reference = Reference { mean: &reference, half: &half, variance: &variances };
+    let reference = Reference { mean: &made[0], half: &made[1], variance: &made[2] };
     let mut errors = Errors::new(PIXELS, 1);
     run.errors.iter().for_each(|image| errors.push(reference, |_, p| [image[p] + bias * mean(p); 3]));
     let found = errors.finish(reference, 7).swap_remove(0);
@@ -160,6 +178,7 @@ fn errors(table: &mut Table, kind: Kind, bias: f64, replicates: usize, chance: &
         table.add("mean", &name, found.mean, over_pixels(|m| m));
         table.add("variance", &name, found.variance, variance * second);
         table.add("relMSE", &name, found.relmse, variance * weighted);
+        table.add_p_value("no bias, p > 5 %", &name, replicates, found.no_bias);
     }
     let name = if bias == 0.0 { name } else { format!("{name}, bias {bias}") };
     table.add("MSE", &name, found.mse, (variance + bias * bias) * second);
@@ -233,7 +252,8 @@ fn tabulate(count: usize, experiment: impl Fn(&mut Table, Kind, usize, &mut Chan
 fn intervals_of_errors_cover_the_truth() {
     let biases = [0.0, 0.1, 1.0];
     let experiment = |table: &mut Table, kind: Kind, replicates: usize, chance: &mut Chance| {
-        biases.iter().for_each(|&bias| errors(table, kind, bias, replicates, chance));
+        let made = made_reference(kind, chance);
+        biases.iter().for_each(|&bias| errors(table, (kind, replicates), bias, &made, chance));
         covariances(table, kind, replicates, chance);
     };
     tabulate(experiments(80), experiment).finish();
