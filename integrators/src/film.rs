@@ -36,6 +36,8 @@ pub struct BlockFilm<'r> {
     weight: f32,
     /// How often it counts: once where samples are independent.
     share: f32,
+    /// How often all of a run of a composite counts.
+    scale: f32,
     sums: Vec<f64>,
     splats: Splats,
     /// Non-finite contributions, per layer.
@@ -59,6 +61,7 @@ impl<'r> BlockFilm<'r> {
             sample: 0,
             weight: 1.0,
             share: 1.0,
+            scale: 1.0,
             sums: vec![0.0; pixels * layers * 3],
             splats: Splats::new(window.height().div_ceil(TILE) as usize),
             window,
@@ -79,13 +82,19 @@ impl<'r> BlockFilm<'r> {
     pub fn start(&mut self, tile: Window) {
         self.pixel = (tile.x.start, tile.y.start);
         self.weight = 1.0;
-        self.share = 1.0;
+        self.set_scale(1.0);
         self.tile = tile;
         self.sums.fill(0.0);
         self.splats.clear();
         self.invalid.fill(0);
         self.fireflies.iter_mut().for_each(Fireflies::start);
         self.counters = Counters::default();
+    }
+
+    /// Makes the samples from here on count so many times.
+    pub fn set_scale(&mut self, scale: f32) {
+        self.scale = scale;
+        self.share = scale;
     }
 
     /// Ends the block.
@@ -193,9 +202,9 @@ impl BlockFilm<'_> {
         let layer = self.request.layer(c.technique.order())?;
         let value = c.value * c.weight as f32;
         if let Some(fireflies) = &mut self.fireflies {
-            let size = size(value);
+            let size = size(value) * self.scale;
             if fireflies.takes(layer, size) {
-                fireflies.keep(layer, c, (self.pixel, self.sample));
+                fireflies.keep(layer, c, f64::from(self.scale), (self.pixel, self.sample));
             }
             if size.is_finite() {
                 fireflies.count(layer, size);
@@ -249,7 +258,7 @@ impl PixelSink for BlockFilm<'_> {
     fn start_sample(&mut self, pixel: Pixel, number: u32, weight: f32) {
         self.pixel = (pixel.x, pixel.y);
         self.sample = number;
-        self.weight = weight;
+        self.weight = weight * self.scale;
         self.fireflies.iter_mut().for_each(Fireflies::start_sample);
     }
 

@@ -26,7 +26,7 @@ pub struct Firefly {
     pub raster: Vec2,
     /// The unweighted estimate.
     pub value: Spectrum,
-    /// The MIS weight.
+    /// The MIS weight; of a run of a composite times how often it counts.
     pub weight: f64,
 }
 
@@ -130,9 +130,9 @@ impl Fireflies {
     /// Keeps a contribution that is larger than those kept.
     #[cold]
     #[inline(never)]
-    pub(crate) fn keep(&mut self, layer: usize, c: &Contribution, (pixel, sample): ((u32, u32), u32)) {
+    pub(crate) fn keep(&mut self, layer: usize, c: &Contribution, scale: f64, (pixel, sample): ((u32, u32), u32)) {
         let Contribution { technique, raster, value, weight, .. } = *c;
-        let firefly = Firefly { replicate: 0, pixel, sample, technique, raster, value, weight };
+        let firefly = Firefly { replicate: 0, pixel, sample, technique, raster, value, weight: weight * scale };
         let kept = &mut self.layers[layer];
         kept.push(firefly);
         if kept.len() >= 2 * KEPT {
@@ -259,7 +259,7 @@ mod tests {
             let technique = Technique::Connect { s: 1, t: 2 };
             let c = Contribution::new(vec2(0.0, 0.0), technique, Spectrum::splat(value), 1.0);
             if block.takes(0, size(c.value)) {
-                block.keep(0, &c, ((0, 0), i as u32));
+                block.keep(0, &c, 1.0, ((0, 0), i as u32));
             }
         }
         block

@@ -1,6 +1,7 @@
 //! What a method is, and THE LIST of methods.
 
 use crate::bias::Bias;
+use crate::composite::{self, Composite};
 use crate::contribution::{Contribution, Sink, Technique};
 use crate::film::{Block, BlockFilm};
 use crate::measurement::Counters;
@@ -15,7 +16,7 @@ use sampling::{Vec2, vec2};
 use scenes::{Needs, Scene};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::ops::RangeInclusive;
 
 /// A pixel of the image, row 0 at the top, and where on the film its sample is taken.
@@ -206,6 +207,11 @@ pub trait Integrator: Send + Sync {
         0
     }
 
+    /// What each of its runs is asked for, where it is [made of other methods](crate::composite).
+    fn runs(&self, _request: &Request) -> Vec<Request> {
+        Vec::new()
+    }
+
     /// Takes one sample of a replicate again, of the pixel in this column and row, and shows all that it contributes, with the
     /// vertices of every path. False where the method has no samples that stand alone.
     fn replay(
@@ -268,7 +274,7 @@ pub enum MethodError {
     },
 }
 
-type Factory = Box<dyn Fn(&Value) -> Result<Box<dyn Integrator>, MethodError> + Send + Sync>;
+type Factory = Box<dyn Fn(&Value, &Methods) -> Result<Box<dyn Integrator>, MethodError> + Send + Sync>;
 
 /// A registered method.
 pub struct MethodEntry {
@@ -319,6 +325,20 @@ impl Methods {
                 crate::exact::NAME,
                 "the closed form of a built-in scene's orders, where it has one",
             )
+            .with_composite()
+    }
+
+    /// Registers the method that is made of the others.
+    fn with_composite(mut self) -> Self {
+        self.entries.push(MethodEntry {
+            name: composite::NAME,
+            summary: "every order by the method that does it best, as a pilot finds",
+            expression: "L.*E",
+            bias: Bias::None,
+            defaults: json!({"runs": []}),
+            factory: Box::new(|settings, methods| Ok(Box::new(Composite::new(settings, methods)?))),
+        });
+        self
     }
 
     /// Registers an estimator under a name; a later one of the same name replaces the earlier.
@@ -338,7 +358,7 @@ impl Methods {
         I: Integrator + 'static,
     {
         self.entries.retain(|e| e.name != name);
-        let factory = move |settings: &Value| -> Result<Box<dyn Integrator>, MethodError> {
+        let factory = move |settings: &Value, _: &Methods| -> Result<Box<dyn Integrator>, MethodError> {
             Ok(Box::new(make(name, parse_settings::<S>(name, settings)?)))
         };
         let made = make(name, S::default());
@@ -370,14 +390,13 @@ impl Methods {
                 known: names.join(", "),
             });
         };
-        (entry.factory)(settings)
+        (entry.factory)(settings, self)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::json;
 
     #[test]
     fn every_method_of_the_list_is_made_from_nothing_and_from_its_own_defaults() {

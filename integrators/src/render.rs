@@ -105,7 +105,9 @@ pub fn request(
         return Err(RenderError::Unsupported { method: method.name().to_owned(), reason });
     }
     let parts = Parts::new(parts, scene, request.layers(), |technique| method.makes(technique));
-    Ok(request.with_parts(parts.map_err(|reason| RenderError::Parts { reason })?))
+    let request = request.with_parts(parts.map_err(|reason| RenderError::Parts { reason })?);
+    let runs = method.runs(&request);
+    Ok(request.with_runs(runs))
 }
 
 /// A method at work in a scene, replicate by replicate.

@@ -59,8 +59,13 @@ impl Orders {
     }
 
     /// Those of the orders that lie in a range.
-    pub fn within(mut self, range: RangeInclusive<usize>) -> Self {
-        self.wanted.iter_mut().enumerate().for_each(|(k, wanted)| *wanted &= range.contains(&k));
+    pub fn within(self, range: RangeInclusive<usize>) -> Self {
+        self.only(|k| range.contains(&k))
+    }
+
+    /// Those of the orders of which this is true.
+    pub fn only(mut self, is_one: impl Fn(usize) -> bool) -> Self {
+        self.wanted.iter_mut().enumerate().for_each(|(k, wanted)| *wanted &= is_one(k));
         self
     }
 
@@ -80,6 +85,7 @@ pub struct Request {
     last: Option<usize>,
     parts: Parts,
     fireflies: bool,
+    runs: Vec<Request>,
 }
 
 impl Request {
@@ -95,12 +101,22 @@ impl Request {
         if tail {
             layers.push(Layer::Tail);
         }
-        Self { orders, tail, layer_of_order, layers, last, parts: Parts::default(), fireflies: false }
+        Self { orders, tail, layer_of_order, layers, last, parts: Parts::default(), fireflies: false, runs: Vec::new() }
     }
 
     /// The same, the image being taken apart.
     pub fn with_parts(self, parts: Parts) -> Self {
         Self { parts, ..self }
+    }
+
+    /// The same, shared out to the runs of a composite.
+    pub fn with_runs(self, runs: Vec<Request>) -> Self {
+        Self { runs, ..self }
+    }
+
+    /// What each run of a composite is asked for.
+    pub fn runs(&self) -> &[Request] {
+        &self.runs
     }
 
     /// The same, the largest contributions being kept with what makes each again.

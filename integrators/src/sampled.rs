@@ -127,7 +127,8 @@ pub(crate) fn bodies_in(scene: &Scene) -> Option<String> {
         _ => ("materials", "let"),
     };
     let methods = Methods::standard();
-    let made = |entry: &&MethodEntry| (entry.factory)(&Value::Null).is_ok_and(|method| method.carries_subsurface());
+    let made =
+        |entry: &&MethodEntry| (entry.factory)(&Value::Null, &methods).is_ok_and(|method| method.carries_subsurface());
     let able: Vec<&str> = methods.entries().iter().filter(made).map(|entry| entry.name).collect();
     Some(format!(
         "the {material} {} {lets} light through beneath the surface (subsurface), which it cannot follow; use a method that can \

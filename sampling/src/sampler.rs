@@ -48,6 +48,11 @@ impl StreamKey {
     pub fn of_pilot(self) -> Self {
         Self(mix2(self.0, Role::Pilot as u64))
     }
+
+    /// The key of a part of what this one is the key of; independent of it, of its pilot and of other parts.
+    pub fn of_part(self, number: u32) -> Self {
+        Self(mix2(self.0, (u64::from(number) + 1) << 32))
+    }
 }
 
 /// How the numbers of a pixel's samples are spread. This is the list that settings and help read.

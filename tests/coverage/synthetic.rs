@@ -20,7 +20,7 @@ const SAMPLES: usize = 16;
 const SECOND: f64 = 0.01;
 /// Samples of a reference, in replicates of the method.
 const REFERENCE: usize = 64;
-/// And the replicates of each of its halves.
+/// And its replicates.
 const REFERENCE_REPLICATES: usize = 16;
 
 /// How the pixels of a replicate come about. All of them have the mean [`mean`].
@@ -55,21 +55,25 @@ impl Kind {
 
     /// One replicate of so many samples.
     fn image(self, samples: usize, chance: &mut Chance) -> Vec<f64> {
+        let shared = (self == Kind::Splats).then(|| chance.gamma(samples));
+        (0..PIXELS).map(|p| mean(p) * self.value(samples, shared, chance)).collect()
+    }
+
+    /// A pixel of mean one of so many samples, given what pixels share, if they do.
+    fn value(self, samples: usize, shared: Option<f64>, chance: &mut Chance) -> f64 {
         let n = samples as f64;
-        let shared = if self == Kind::Splats { chance.gamma(samples) / n } else { 0.0 };
-        let pixel = |p: usize| {
-            let of_mean_one = match self {
-                Kind::Normal => 1.0 + chance.normal() / n.sqrt(),
-                Kind::Lognormal => (0..samples).map(|_| (chance.normal() - 0.5).exp()).sum::<f64>() / n,
-                Kind::Splats => (1.0 - Self::SHARED) * chance.gamma(samples) / n + Self::SHARED * shared,
-                Kind::Rare => {
-                    let arrived = (0..samples).filter(|_| chance.uniform() * Self::RARE < 1.0).count();
-                    chance.gamma(arrived) * Self::RARE / n
-                }
-            };
-            mean(p) * of_mean_one
-        };
-        (0..PIXELS).map(pixel).collect()
+        match self {
+            Kind::Normal => 1.0 + chance.normal() / n.sqrt(),
+            Kind::Lognormal => (0..samples).map(|_| (chance.normal() - 0.5).exp()).sum::<f64>() / n,
+            Kind::Splats => {
+                let shared = shared.unwrap_or_else(|| chance.gamma(samples));
+                (1.0 - Self::SHARED) * chance.gamma(samples) / n + Self::SHARED * shared / n
+            }
+            Kind::Rare => {
+                let arrived = (0..samples).filter(|_| chance.uniform() * Self::RARE < 1.0).count();
+                chance.gamma(arrived) * Self::RARE / n
+            }
+        }
     }
 }
 
@@ -142,19 +146,19 @@ impl Run {
     }
 }
 
-/// A reference of the kind's own images, which knows of its noise what its replicates say: a mean, a half of its own, a variance.
+/// A reference whose pixels are independent values of the kind, and which knows of their noise what its replicates say: means, a half
+/// that is exact, variances.
 fn made_reference(kind: Kind, chance: &mut Chance) -> [Vec<[f64; 3]>; 3] {
     let of_pixels =
         |of: &dyn Fn(usize) -> f64| -> Vec<[f64; 3]> { (0..PIXELS).flat_map(|p| [[of(p); 3]; 2]).collect() };
-    let mut halves = [0; 2].map(|_| vec![Moments::default(); PIXELS]);
-    for half in &mut halves {
+    let mut made = vec![Moments::default(); PIXELS];
+    for (p, pixel) in made.iter_mut().enumerate() {
         for _ in 0..REFERENCE_REPLICATES {
-            let image = kind.image(REFERENCE * SAMPLES / REFERENCE_REPLICATES, chance);
-            half.iter_mut().zip(image).for_each(|(pixel, x)| pixel.push(x));
+            pixel.push(mean(p) * kind.value(REFERENCE * SAMPLES / REFERENCE_REPLICATES, None, chance));
         }
     }
-    let variance = |p: usize| halves[0][p].variance() / REFERENCE_REPLICATES as f64;
-    [of_pixels(&|p| halves[0][p].mean), of_pixels(&|p| halves[1][p].mean), of_pixels(&variance)]
+    let variance = |p: usize| made[p].variance() / REFERENCE_REPLICATES as f64;
+    [of_pixels(&|p| made[p].mean), of_pixels(&mean), of_pixels(&variance)]
 }
 
 /// Errors against a noisy reference, with a bias that is this part of every pixel's mean.

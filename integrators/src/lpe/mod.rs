@@ -35,7 +35,7 @@ mod tests;
 pub use algebra::Example;
 pub use classifier::{Classifier, State, UnknownName};
 pub use error::{LpeError, ParseError};
-pub use expression::{Expression, Notation};
+pub use expression::{Expression, Notation, least_order};
 
 /// The longest expression \[bytes\].
 pub const MAX_LENGTH: usize = 4096;

@@ -1,0 +1,122 @@
+use super::*;
+use crate::measurement::Measurement;
+use crate::render::{Render, RenderSettings};
+use sampling::sampler::{Role, SamplerKind};
+use scenes::{LoadOptions, Skip};
+
+fn composite(runs: Value) -> Result<Box<dyn Integrator>, String> {
+    Methods::standard().build(NAME, &json!({ "runs": runs })).map_err(|e| e.to_string())
+}
+
+fn scene(name: &str) -> Scene {
+    scenes::load(name, &LoadOptions { size: Some((20, 18)), skip: Skip::Unneeded }).unwrap()
+}
+
+fn measured(scene: &Scene, method: &dyn Integrator, samples: u32, replicates: u32) -> Measurement {
+    let settings = RenderSettings {
+        orders: Orders::up_to(3),
+        tail: false,
+        samples_per_replicate: samples,
+        seed: 3,
+        sampler: SamplerKind::Independent,
+        instance: method.name().to_owned(),
+        role: Role::Estimate,
+    };
+    let mut render = Render::new(scene, method, settings).unwrap();
+    (0..replicates).for_each(|_| render.run_replicate(&|_| {}));
+    render.finish()
+}
+
+/// |t| < 4.5 for each of the four orders: one false alarm in 37 000, for the seed is fixed.
+#[test]
+fn every_order_has_the_mean_of_its_own_method() {
+    let scene = scene("cornell_box");
+    let runs = json!([
+        {"method": "light", "orders": "0,3", "share": 3.0},
+        {"method": "bdpt", "orders": "2", "share": 0.5},
+        {"method": "path", "orders": "1", "share": 1.5, "settings": {"strategy": "emitter"}},
+    ]);
+    let composite = composite(runs).unwrap();
+    let path = Methods::standard().build("path", &Value::Null).unwrap();
+    let (a, b) = (measured(&scene, &*composite, 10, 64), measured(&scene, &*path, 10, 64));
+    for order in 0..=3 {
+        let of = |m: &Measurement| {
+            let means: Vec<f64> = m.replicate_means.iter().map(|means| means[order].iter().sum::<f64>()).collect();
+            let mean = means.iter().sum::<f64>() / means.len() as f64;
+            (mean, means.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (means.len() * (means.len() - 1)) as f64)
+        };
+        let ((x, u), (y, v)) = (of(&a), of(&b));
+        assert!((x - y).abs() < 4.5 * (u + v).sqrt() && x > 0.0, "order {order}: {x} and {y}");
+    }
+}
+
+#[test]
+fn each_run_takes_its_share_of_the_samples_and_at_least_one() {
+    let scene = scene("cornell_box");
+    let runs = json!([
+        {"method": "emission", "orders": "0", "share": 0.001},
+        {"method": "path", "orders": "1", "share": 1.0},
+        {"method": "light", "orders": "2-3", "share": 3.0},
+    ]);
+    let m = measured(&scene, &*composite(runs).unwrap(), 32, 2);
+    let pixels = 2 * 20 * 18;
+    assert_eq!((m.counters.camera_paths, m.counters.light_paths), (pixels * (1 + 8), pixels * 24));
+}
+
+#[test]
+fn one_run_of_all_orders_has_the_efficiency_of_its_method_and_its_fireflies() {
+    let scene = scene("cornell_box");
+    let method = composite(json!([{"method": "path", "orders": "0-3", "share": 1.0}])).unwrap();
+    let request = crate::render::request(
+        &scene,
+        &*method,
+        &RenderSettings {
+            orders: Orders::up_to(3),
+            tail: false,
+            samples_per_replicate: 4,
+            seed: 1,
+            sampler: SamplerKind::Independent,
+            instance: String::new(),
+            role: Role::Estimate,
+        },
+        &crate::PartSettings::default(),
+    )
+    .unwrap();
+    let replicate = Replicate {
+        key: sampling::sampler::StreamKey::new(1, "", Role::Estimate, 0),
+        sampler: SamplerKind::Independent,
+        samples: 4,
+    };
+    let mut shown = 0;
+    assert!(method.replay(&scene, &request, replicate, (3, 4), 2, &mut |c| shown += c.technique.order()));
+    assert!(shown > 0);
+}
+
+#[test]
+fn what_cannot_be_is_refused_with_the_mend() {
+    let told = |runs: Value| composite(runs).err().unwrap();
+    let run = |method: &str, orders: &str, share: f64| json!({"method": method, "orders": orders, "share": share});
+    assert!(told(json!([run("path", "0-3", 1.0), run("light", "3", 1.0)])).contains("two runs estimate order 3"));
+    assert!(told(json!([run("pth", "0", 1.0)])).contains("did you mean `path`"));
+    assert!(told(json!([run("path", "x", 1.0)])).contains("neither an order nor a range"));
+    assert!(told(json!([run("path", "0", 0.0)])).contains("positive"));
+    assert!(told(json!([run("vcm", "0", 1.0)])).contains("vcm cannot be a part"));
+    assert!(told(json!([run("mmlt", "0", 1.0)])).contains("chains"));
+    assert!(told(json!([run("composite", "0", 1.0)])).contains("composites"));
+    let request = Request::new(Orders::up_to(2), true);
+    let why = |runs: Value| composite(runs).unwrap().unsupported_request(&request);
+    assert!(why(json!([])).unwrap().contains("no runs"));
+    assert!(why(json!([run("path", "0,2", 1.0)])).unwrap().contains("no run estimates order 1"));
+    assert!(why(json!([run("path", "0-2", 1.0)])).unwrap().contains("the tail"));
+    // `direct` carries no order above the first, whatever it is told to do.
+    assert!(why(json!([run("direct", "0-2", 1.0)])).unwrap().contains("order 2"));
+}
+
+#[test]
+fn light_that_a_run_loses_in_its_own_orders_is_named_and_no_other() {
+    let scene = scene("glass_caustic");
+    let run = |method: &str, orders: &str| json!({"method": method, "orders": orders, "share": 1.0});
+    let missing = |runs: Value| composite(runs).unwrap().missing_light(&scene.facts);
+    assert!(missing(json!([run("light", "0"), run("path", "1-3")])).is_empty());
+    assert_eq!(missing(json!([run("light", "2"), run("path", "0-1,3")])).len(), 1);
+}
