@@ -1,0 +1,198 @@
+//! What a pilot finds of a method: the covariances of its layers, and what they cost.
+
+use super::search::{Candidate, Cost};
+use crate::error::Error;
+use crate::path_class::{carries, missing};
+use crate::statistics::covariances::Covariances;
+use crate::statistics::positive;
+use crate::stop::Stop;
+use integrators::measurement::Counters;
+use integrators::{Integrator, Layer, Orders, Render, RenderSettings, Request};
+use sampling::sampler::Role;
+use scenes::Scene;
+
+/// Independent images of a pilot: the fewest of which variances have intervals.
+pub const REPLICATES: u32 = 8;
+/// Samples per pixel of the renders whose rays are counted.
+const COUNTED: u32 = 2;
+/// By how many standard errors of both a mean must lie below another for the method to lack light.
+const LACKS: f64 = 4.0;
+
+/// A method that may take part.
+pub struct Entry<'m> {
+    /// The method.
+    pub method: &'m dyn Integrator,
+    /// How it would render all layers.
+    pub settings: RenderSettings,
+    /// Which of the layers it carries.
+    pub carries: Vec<bool>,
+}
+
+impl<'m> Entry<'m> {
+    /// A method in a scene that it supports.
+    pub fn new(scene: &Scene, method: &'m dyn Integrator, settings: &RenderSettings, layers: &[Layer]) -> Self {
+        let max_order = settings.orders.max_order();
+        let lost = missing(method, scene);
+        let range = method.orders(max_order);
+        let has = |layer: &Layer| match layer {
+            Layer::Order(k) => range.contains(k),
+            Layer::Tail => *range.end() == max_order,
+        };
+        let carries = layers.iter().map(|layer| has(layer) && carries(&lost, Some(*layer), max_order)).collect();
+        let settings = RenderSettings {
+            instance: crate::budget::instance(method, settings.sampler),
+            role: Role::Pilot,
+            ..settings.clone()
+        };
+        Self { method, settings, carries }
+    }
+
+    /// Its settings for some layers alone; `number` tells pilots from one another.
+    pub fn of_layers(&self, layers: &[Layer], number: u32, samples_per_replicate: u32) -> RenderSettings {
+        let tail = layers.contains(&Layer::Tail);
+        let orders = self.settings.orders.clone().only(|k| layers.contains(&Layer::Order(k)));
+        let instance = format!("{}, choice {number}", self.settings.instance);
+        RenderSettings { orders, tail, samples_per_replicate, instance, ..self.settings.clone() }
+    }
+
+    /// Those of the layers that it carries.
+    pub fn own(&self, layers: &[Layer]) -> Vec<Layer> {
+        layers.iter().zip(&self.carries).filter(|(_, carries)| **carries).map(|(layer, _)| *layer).collect()
+    }
+}
+
+/// A pilot at work.
+pub struct Pilot<'a> {
+    render: Render<'a>,
+    layers: Vec<Layer>,
+    samples: f64,
+    pixels: f64,
+    covariances: Covariances,
+}
+
+impl<'a> Pilot<'a> {
+    /// Of a method with such settings.
+    ///
+    /// # Errors
+    /// If the method cannot render the scene.
+    pub fn new(scene: &'a Scene, method: &'a dyn Integrator, settings: RenderSettings) -> Result<Self, Error> {
+        let samples = f64::from(settings.samples_per_replicate);
+        let layers = Request::new(settings.orders.clone(), settings.tail).layers().to_vec();
+        let pixels = scene.camera.width() as usize * scene.camera.height() as usize;
+        let covariances = Covariances::new(pixels, layers.len());
+        let render = Render::new(scene, method, settings)?;
+        Ok(Self { render, layers, samples, pixels: pixels as f64, covariances })
+    }
+
+    /// Renders an image more.
+    ///
+    /// # Errors
+    /// If the user asked for an end.
+    pub fn step(&mut self, stop: &Stop) -> Result<(), Error> {
+        self.render.run_replicate(&|_| {});
+        self.covariances.push(|layer, pixel| self.render.last_replicate(layer, pixel));
+        stop.check()
+    }
+
+    /// Seconds of a sample of every pixel.
+    pub fn seconds(&self) -> f64 {
+        self.render.seconds() / f64::from(self.render.replicates()) / self.samples
+    }
+
+    /// The variance of one sample of all layers' sum, image and channel mean.
+    pub fn variance(&self) -> f64 {
+        let squares = self.covariances.squares_of_sum();
+        squares.iter().sum::<f64>() / squares.len() as f64 * self.samples
+    }
+
+    /// Image means and their standard errors, layer by layer.
+    fn means(&self) -> Vec<(f64, f64)> {
+        let moments = |layer: usize| -> sampling::moments::Moments {
+            self.render.replicate_means().map(|means| means[layer].iter().sum::<f64>() / 3.0).collect()
+        };
+        (0..self.layers.len()).map(moments).map(|m| (m.mean, m.variance_of_mean().sqrt())).collect()
+    }
+}
+
+/// What is known of every method by its own pilot and the rays of renders of single layers. Those that lack light which another has met are
+/// taken to carry no such layer.
+///
+/// # Errors
+/// If a method cannot render, or the user asked for an end.
+pub fn candidates(
+    scene: &Scene,
+    entries: &[Entry],
+    pilots: &[Pilot],
+    layers: &[Layer],
+    stop: &Stop,
+) -> Result<Vec<Candidate>, Error> {
+    let mut seen: Vec<Vec<Option<(f64, f64)>>> = Vec::new();
+    for (entry, pilot) in entries.iter().zip(pilots) {
+        let means = pilot.means();
+        let of = |layer: &Layer| pilot.layers.iter().position(|own| own == layer).map(|own| means[own]);
+        let known = layers.iter().zip(&entry.carries).map(|(layer, carries)| of(layer).filter(|_| *carries));
+        seen.push(known.collect());
+    }
+    let lacks = |m: usize, k: usize| {
+        let Some((mean, error)) = seen[m][k] else { return true };
+        let brighter = |other: &Option<(f64, f64)>| {
+            other.is_some_and(|(other, of_other)| mean + LACKS * error < other - LACKS * of_other)
+        };
+        seen.iter().any(|other| brighter(&other[k]))
+    };
+    let mut candidates = Vec::new();
+    for (m, (entry, pilot)) in entries.iter().zip(pilots).enumerate() {
+        let carries = (0..layers.len()).map(|k| !lacks(m, k)).collect();
+        let covariance = covariance(pilot, layers);
+        let cost = cost(scene, entry, layers, stop)?;
+        let own: Vec<usize> = (0..layers.len()).filter(|&k| entry.carries[k]).collect();
+        let work = cost.of(&own);
+        candidates.push(Candidate { carries, covariance, cost: cost.times(pilot.seconds() / work.max(1.0)) });
+    }
+    Ok(candidates)
+}
+
+/// Covariances of one sample; each layer is taken to vary as much as its variance's interval allows, for few images may have missed what is rare.
+fn covariance(pilot: &Pilot, layers: &[Layer]) -> Vec<f64> {
+    let place = |layer: &Layer| pilot.layers.iter().position(|own| own == layer);
+    let places: Vec<Option<usize>> = layers.iter().map(place).collect();
+    let doubt = |own: usize| {
+        let found = positive::variance(pilot.covariances.squares(own), own as u64);
+        found.interval.map_or(1.0, |(_, high)| (high / found.value).sqrt())
+    };
+    let doubts: Vec<f64> = (0..pilot.layers.len()).map(doubt).collect();
+    let entry = |i: usize, j: usize| match (places[i], places[j]) {
+        (Some(i), Some(j)) => {
+            let found = pilot.covariances.covariance(i.max(j), i.min(j), 0).value;
+            found * doubts[i] * doubts[j] * pilot.samples
+        }
+        _ => 0.0,
+    };
+    (0..layers.len() * layers.len()).map(|at| entry(at / layers.len(), at % layers.len())).collect()
+}
+
+/// The work of a sample's layers, in rays and subpaths.
+fn cost(scene: &Scene, entry: &Entry, layers: &[Layer], stop: &Stop) -> Result<Cost, Error> {
+    let mut work = [Vec::new(), Vec::new()];
+    for k in 0..layers.len() {
+        for (work, first) in work.iter_mut().zip([0, k]) {
+            let asked: Vec<Layer> =
+                (first..=k).filter(|&j| entry.carries[j]).map(|j| layers[j]).collect();
+            if asked.is_empty() {
+                work.push(work.last().copied().unwrap_or(0.0));
+                continue;
+            }
+            let mut render = Pilot::new(scene, entry.method, entry.of_layers(&asked, 3, COUNTED))?;
+            render.render.run_replicate(&|_| {});
+            stop.check()?;
+            let pixels = render.pixels * f64::from(COUNTED);
+            work.push(rays(render.render.finish().counters) / pixels);
+        }
+    }
+    Ok(Cost::new(&work[0], &work[1]))
+}
+
+/// Rays, and subpaths, each of which is worth about as much.
+fn rays(counters: Counters) -> f64 {
+    (counters.closest + counters.shadow + counters.camera_paths + counters.light_paths) as f64
+}
