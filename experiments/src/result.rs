@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::sync::Arc;
 
-pub use provenance::{Machine, Manifest, MethodRecord, Program, RenderRecord, SceneRecord};
+pub use provenance::{Machine, Manifest, MethodRecord, Origin, Program, RenderRecord, SceneRecord};
 
 mod provenance;
 

@@ -1,6 +1,6 @@
 //! `neumann run`: an experiment from its file to its folder of results.
 
-use crate::cli::{RunArgs, print};
+use crate::cli::{ChangeArgs, RunArgs, print};
 use crate::config::{self, Experiment, Reference, Samplers, Sizes};
 use crate::error::{Error, Status};
 use crate::export::exr::{ImageMeta, LayerSelection, write_measurement};
@@ -18,7 +18,7 @@ use crate::states::States;
 use crate::stop::Stop;
 use crate::{
     agreement, budget, convergence, fireflies, manifest, output, ratio, record, reference, report, runner, settings,
-    states,
+    shard_command, shards, states,
 };
 use integrators::{Methods, Part};
 use std::path::{Path, PathBuf};
@@ -29,13 +29,16 @@ use std::time::SystemTime;
 /// # Errors
 /// If anything asked for is impossible: found out before any ray is traced, but for a disk that fills up.
 pub fn run(args: &RunArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
+    if let Some(shard) = args.shard {
+        return shard_command::run(args, shard, methods, verbosity, stop);
+    }
     let started = SystemTime::now();
     let source = Source::open(&args.experiment)?;
-    let experiment = changed(source.parse()?, args)?;
+    let experiment = changed(source.parse()?, &args.changes)?;
     let mut plan = while_loading(verbosity, || Plan::new(&source, experiment, methods))?;
     let path = args.out.clone().unwrap_or_else(|| PathBuf::from("results").join(&plan.name));
     let mut folder = Folder::open(&path)?;
-    let former = former_results(&path, &plan, args)?;
+    let former = former_results(&path, &plan, args.fresh)?;
 
     let pool = budget::pool(args.threads)?;
     let threads = pool.current_num_threads();
@@ -79,7 +82,7 @@ pub fn run(args: &RunArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop)
 }
 
 /// What follows from what was measured.
-fn compared(plan: &Plan, outcome: Outcome, manifest: Manifest) -> Result<ExperimentResult, Error> {
+pub(crate) fn compared(plan: &Plan, outcome: Outcome, manifest: Manifest) -> Result<ExperimentResult, Error> {
     let Outcome { methods, integrals, references, sequences, .. } = outcome;
     let (mut agreement, mut ratios) = (Vec::new(), Vec::new());
     for scene in &plan.scenes {
@@ -113,7 +116,7 @@ fn compared(plan: &Plan, outcome: Outcome, manifest: Manifest) -> Result<Experim
 }
 
 /// The experiment with the changes that flags make.
-fn changed(experiment: Experiment, args: &RunArgs) -> Result<Experiment, Error> {
+pub(crate) fn changed(experiment: Experiment, args: &ChangeArgs) -> Result<Experiment, Error> {
     let mut experiment = settings::change_experiment(experiment, &args.set)?;
     experiment.until = args.until.or(experiment.until);
     experiment.max_spp = args.max_spp.or(experiment.max_spp);
@@ -145,13 +148,15 @@ fn changed(experiment: Experiment, args: &RunArgs) -> Result<Experiment, Error> 
 const GO_ON: &str = "the same command, without --fresh, goes on from there";
 
 /// The manifest of an earlier run of the same configuration in this folder, which this run replaces.
-fn former_results(path: &Path, plan: &Plan, args: &RunArgs) -> Result<Option<Manifest>, Error> {
+pub(crate) fn former_results(path: &Path, plan: &Plan, fresh: bool) -> Result<Option<Manifest>, Error> {
     let former = manifest::read_manifest(&path.join(MANIFEST)).map(|stored| stored.manifest);
     let begun = States::begun(path);
     let states = States::are_alone(path);
     let is_ours = |entry: &std::fs::DirEntry| {
         let name = entry.file_name();
-        name.to_string_lossy().starts_with(output::HIDDEN) || (states && name == states::FOLDER)
+        name.to_string_lossy().starts_with(output::HIDDEN)
+            || (states && name == states::FOLDER)
+            || [shards::FOLDER, shards::plan::FILE].iter().any(|ours| name == *ours)
     };
     let foreign = || std::fs::read_dir(path).is_ok_and(|entries| entries.flatten().any(|entry| !is_ours(&entry)));
     if former.is_none() && foreign() {
@@ -160,7 +165,7 @@ fn former_results(path: &Path, plan: &Plan, args: &RunArgs) -> Result<Option<Man
             path.display()
         )));
     }
-    if !args.fresh {
+    if !fresh {
         check_former(path, begun.as_ref(), former.as_ref(), plan)?;
     }
     Ok(former)
@@ -188,7 +193,7 @@ fn check_former(path: &Path, begun: Option<&Manifest>, former: Option<&Manifest>
 }
 
 /// Writes all files, and puts them in place once they are complete.
-fn write_all(folder: &mut Folder, result: &ExperimentResult) -> Result<(), Error> {
+pub(crate) fn write_all(folder: &mut Folder, result: &ExperimentResult) -> Result<(), Error> {
     let staging = folder.staging();
     for method in &result.methods {
         let scene_folder = staging.join(&method.scene);
@@ -239,7 +244,7 @@ fn write_all(folder: &mut Folder, result: &ExperimentResult) -> Result<(), Error
     folder.commit()
 }
 
-fn status(result: &ExperimentResult, args: &RunArgs, stop: &Stop) -> Status {
+pub(crate) fn status(result: &ExperimentResult, args: &RunArgs, stop: &Stop) -> Status {
     let mut status = Status::Done;
     let invalid = result.methods.iter().filter(|m| m.measurement.invalid.iter().any(|&n| n > 0));
     for method in invalid.filter(|_| !args.allow_invalid) {
@@ -251,7 +256,7 @@ fn status(result: &ExperimentResult, args: &RunArgs, stop: &Stop) -> Status {
 }
 
 /// A line for every pair of methods that differ in an order.
-fn differences(result: &ExperimentResult) -> String {
+pub(crate) fn differences(result: &ExperimentResult) -> String {
     let line = |row: &AgreementRow| {
         format!(
             "warning: {} and {} differ in {}, order {}: {:.6e} and {:.6e}, {:.1} standard errors, {} of {} blocks\n",
@@ -269,7 +274,7 @@ fn differences(result: &ExperimentResult) -> String {
     result.agreement.iter().filter(|row| row.verdict == Verdict::Differ).map(line).collect()
 }
 
-fn summary(result: &ExperimentResult, path: &Path) -> String {
+pub(crate) fn summary(result: &ExperimentResult, path: &Path) -> String {
     let mut text = String::new();
     if !result.agreement.is_empty() && result.agreement.iter().all(|row| row.verdict != Verdict::Differ) {
         text += "no two methods differ in any order\n";

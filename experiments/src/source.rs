@@ -52,6 +52,16 @@ impl Source {
         Ok(Self { name, path: Some(path.to_owned()), text })
     }
 
+    /// What was read before.
+    pub fn known(name: &str, path: Option<PathBuf>, text: &str) -> Self {
+        Self { name: name.to_owned(), path, text: text.to_owned() }
+    }
+
+    /// What the file holds.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
     /// What a command makes up itself.
     pub fn of_command(name: &str) -> Self {
         Self { name: name.to_owned(), path: None, text: String::new() }

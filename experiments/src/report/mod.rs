@@ -181,6 +181,7 @@ mod tests {
             methods: vec![record],
             renders: Vec::new(),
             machine,
+            shards: Vec::new(),
             started: "2026-01-31T12:00:00Z".to_owned(),
             ended: "2026-01-31T12:01:00Z".to_owned(),
             seconds: 60.0,
