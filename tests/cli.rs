@@ -17,6 +17,8 @@ mod foreign;
 mod judged;
 #[cfg(target_os = "linux")]
 mod series;
+#[cfg(target_os = "linux")]
+mod shards;
 mod signals;
 
 fn command(folder: &Path, arguments: &[&str]) -> Command {

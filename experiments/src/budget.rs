@@ -43,6 +43,14 @@ impl Budget {
         Ok(Self { replicates, effort: Effort::Seconds(seconds) })
     }
 
+    /// Samples per pixel of each replicate, where no pilot has to find them.
+    pub fn known_samples(&self) -> Option<u32> {
+        match self.effort {
+            Effort::Samples(samples) => Some(samples),
+            Effort::Seconds(_) => None,
+        }
+    }
+
     /// Samples per pixel of each replicate of what `render` makes of settings.
     ///
     /// A time budget is turned into samples by a pilot run on random numbers of its own: to stop when the clock says so

@@ -4,8 +4,8 @@ mod args;
 mod parse;
 
 pub use args::{
-    BenchArgs, BenchKind, BsdfArgs, ConvertArgs, DiffArgs, ImageArgs, ListArgs, ListKind, LpeArgs, MeterArgs,
-    RelightArgs, RenderArgs, ReplayArgs, RunArgs, SceneArgs, SpectrumArgs, VerifyArgs,
+    BenchArgs, BenchKind, BsdfArgs, ChangeArgs, ConvertArgs, DiffArgs, ImageArgs, ListArgs, ListKind, LpeArgs,
+    MergeArgs, MeterArgs, PlanArgs, RelightArgs, RenderArgs, ReplayArgs, RunArgs, SceneArgs, SpectrumArgs, VerifyArgs,
 };
 
 pub use parse::MaxOrder;
@@ -15,8 +15,8 @@ use crate::machine::VERSION;
 use crate::progress::Verbosity;
 use crate::stop::Stop;
 use crate::{
-    bench, bsdf, convert_command, diff_command, list_command, lpe_command, meter_command, relight_command,
-    render_command, replay_command, run_command, scene_command, spectrum_command, verify_command,
+    bench, bsdf, convert_command, diff_command, list_command, lpe_command, merge_command, meter_command, plan_command,
+    relight_command, render_command, replay_command, run_command, scene_command, spectrum_command, verify_command,
 };
 use clap::{Parser, Subcommand};
 use integrators::Methods;
@@ -42,6 +42,10 @@ pub struct Cli {
 pub enum Command {
     /// Run an experiment: methods compared in scenes, with a report. Run again, an interrupted one goes on where it was.
     Run(RunArgs),
+    /// Divide an experiment into shards, each of which one machine renders with `neumann run --shard`.
+    Plan(PlanArgs),
+    /// Make the results of an experiment from its shards.
+    Merge(MergeArgs),
     /// Render one scene with one method.
     Render(RenderArgs),
     /// Trace one sample of an image again, and print its paths vertex by vertex.
@@ -96,6 +100,8 @@ fn execute(cli: &Cli, methods: &Methods) -> Result<Status, Error> {
     let default = Command::Run(RunArgs { experiment: "comparison".to_owned(), ..RunArgs::default() });
     match cli.command.as_ref().unwrap_or(&default) {
         Command::Run(args) => run_command::run(args, methods, verbosity, &signals()?),
+        Command::Plan(args) => plan_command::plan(args, methods, verbosity, &signals()?),
+        Command::Merge(args) => merge_command::merge(args, methods, verbosity, &signals()?),
         Command::Render(args) => render_command::render(args, methods, verbosity, &signals()?),
         Command::Replay(args) => replay_command::replay(args, methods, verbosity),
         Command::Verify(args) => verify_command::verify(args, methods, verbosity, &signals()?),

@@ -8,7 +8,7 @@ mod estimate;
 mod genz;
 pub mod screen;
 
-pub use estimate::{measure, work};
+pub use estimate::{content, measure, seconds_per_sample, work, write_checkpoint};
 use genz::Genz;
 use sampling::sampler::{Purpose, Sampler, Subpath};
 use statrs::function::erf::erf;

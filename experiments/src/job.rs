@@ -5,11 +5,13 @@ use crate::observations::Observations;
 use crate::plan::{PlannedMethod, PlannedScene};
 use crate::reference::Judge;
 use crate::result::RenderRecord;
-use crate::states::{States, Unit};
+use crate::shards::Shards;
+use crate::states::{self, States, Unit};
 use integrators::state::Stored;
-use integrators::{Layer, Measurement, PartSettings, Render, RenderSettings, Request, Window};
+use integrators::{Layer, Measurement, PartSettings, Render, RenderError, RenderSettings, Request, Window};
 
 /// What a method is to render in a scene, and what for: known before any ray is traced.
+#[derive(Clone)]
 pub struct Work<'a> {
     /// The scene, whose camera has its size by now.
     pub scene: &'a PlannedScene,
@@ -33,10 +35,32 @@ impl Work<'_> {
         Unit::of_render(self.scene, self.planned, &self.settings, &self.parts, (&self.what, &self.judged_by))
     }
 
+    /// The hash of what its images follow from, the program apart.
+    pub fn content(&self) -> blake3::Hash {
+        let origin = states::origin(self.scene, self.planned, &self.settings, &self.parts);
+        blake3::hash(format!("{}\n{origin}", self.name()).as_bytes())
+    }
+
+    /// What it is called: scene, label, what for.
+    pub fn name(&self) -> String {
+        format!("{}-{}-{}", self.scene.name, self.planned.label, self.what)
+    }
+
     /// Pixels of its image.
     pub fn pixels(&self) -> usize {
         let window = Window::of(&self.scene.scene);
         window.width() as usize * window.height() as usize
+    }
+}
+
+impl<'a> Work<'a> {
+    /// Gets ready; no ray is traced yet.
+    ///
+    /// # Errors
+    /// If the method cannot render the scene.
+    pub fn render(&self) -> Result<Render<'a>, RenderError> {
+        let (scene, method) = (&self.scene.scene, &*self.planned.method);
+        Render::of_request(scene, method, self.settings.clone(), Window::of(scene), self.request.clone())
     }
 }
 
@@ -54,6 +78,7 @@ pub struct Job<'a> {
     observations: Observations,
     judge: Option<Judge>,
     unit: Unit,
+    content: blake3::Hash,
     /// Replicates that an earlier run has rendered.
     resumed: u32,
     /// Replicates that its state holds.
@@ -72,24 +97,21 @@ impl<'a> Job<'a> {
         judge: Option<Judge>,
         states: &mut States,
     ) -> Result<Self, Error> {
-        let unit = work.unit();
-        let Work { scene, planned, settings, request, what, .. } = work;
-        let (samples, layers) = (settings.samples_per_replicate, request.layers().to_vec());
-        let new = || {
-            let window = Window::of(&scene.scene);
-            Render::of_request(&scene.scene, &*planned.method, settings.clone(), window, request.clone())
-        };
-        let mut render = new()?;
+        let (unit, content) = (work.unit(), work.content());
+        let mut render = work.render()?;
         let found = states.load(&unit, |from| {
             render.resume(from)?;
             Observations::read(from)
         })?;
         if found.is_none() && render.replicates() > 0 {
-            render = new()?;
+            render = work.render()?;
         }
         let resumed = render.replicates();
         let observations = found.unwrap_or(observations);
-        Ok(Self { scene, planned, what, samples, layers, render, observations, judge, unit, resumed, saved: resumed })
+        let Work { scene, planned, settings, request, what, .. } = work;
+        let (samples, layers) = (settings.samples_per_replicate, request.layers().to_vec());
+        let saved = resumed;
+        Ok(Self { scene, planned, what, samples, layers, render, observations, judge, unit, content, resumed, saved })
     }
 
     /// Complete replicates.
@@ -119,6 +141,17 @@ impl<'a> Job<'a> {
         self.render.run_replicate(progress);
         self.observations.observe(&self.render, self.judge.as_ref());
         self.render.seconds() - before
+    }
+
+    /// Takes the next replicate from where shards keep it, and notes it.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub fn take_replicate(&mut self, shards: &Shards) -> Result<(), Error> {
+        let (place, render) = ((&self.content, self.replicates()), &mut self.render);
+        shards.read(place, |from| render.take_replicate(from))?;
+        self.observations.observe(&self.render, self.judge.as_ref());
+        Ok(())
     }
 
     /// Saves its state, unless that is saved already.

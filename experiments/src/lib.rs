@@ -5,9 +5,9 @@
 //! - [`cli`]: the command line; [`error`]: what can go wrong, and how the program ends; [`settings`]: `--set key=value`;
 //! - one file a command: [`run_command`], [`render_command`], [`replay_command`], [`verify_command`],
 //!   [`scene_command`], [`convert_command`], [`diff_command`], [`list_command`],
-//!   [`lpe_command`], [`mod@bsdf`], [`mod@bench`];
+//!   [`lpe_command`], [`plan_command`], [`shard_command`], [`merge_command`], [`mod@bsdf`], [`mod@bench`];
 //! - [`config`]: experiments; [`source`]: their files; [`plan`]: an experiment made ready and checked; [`runner`]: methods interleaved, replicate
-//!   by replicate; [`job`]: one of them at work; [`observations`]: what is noted of its replicates; [`mod@reference`]: what they are judged by; [`states`]: what has been rendered so far, on the disk; [`budget`]: samples, seconds,
+//!   by replicate; [`job`]: one of them at work; [`observations`]: what is noted of its replicates; [`mod@reference`]: what they are judged by; [`states`]: what has been rendered so far, on the disk; [`shards`]: an experiment in parts, for many machines; [`budget`]: samples, seconds,
 //!   threads; [`subject`]: a scene and a method, ready for one image; [`result`]: what an experiment leaves behind;
 //! - [`convergence`]: variance against samples and its slope; [`ratio`]: samplers against one another; [`integrals`]: integrals of
 //!   known value, to try samplers on; [`agreement`]: do two methods have the same mean?
@@ -21,6 +21,7 @@ pub mod agreement;
 pub mod bench;
 pub mod bsdf;
 pub mod budget;
+pub mod choice;
 pub mod cli;
 pub mod config;
 pub mod convergence;
@@ -35,6 +36,7 @@ pub mod list_command;
 pub mod lpe_command;
 pub mod machine;
 pub mod manifest;
+pub mod merge_command;
 pub mod meter_command;
 pub mod metrics;
 pub mod observations;
@@ -42,6 +44,7 @@ pub mod output;
 pub mod parts;
 pub mod path_class;
 pub mod plan;
+pub mod plan_command;
 pub mod plot;
 pub mod program;
 pub mod progress;
@@ -58,6 +61,8 @@ pub mod run_command;
 pub mod runner;
 pub mod scene_command;
 pub mod settings;
+pub mod shard_command;
+pub mod shards;
 pub mod source;
 pub mod spectrum_command;
 pub mod states;

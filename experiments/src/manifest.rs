@@ -61,6 +61,7 @@ pub fn manifest(
         methods,
         renders,
         machine: machine(threads),
+        shards: Vec::new(),
         started: timestamp(started),
         ended: timestamp(ended),
         seconds: ended.duration_since(started).map_or(0.0, |d| d.as_secs_f64()),

@@ -1,13 +1,17 @@
 //! An experiment made ready: scenes loaded, methods built, and everything checked before any ray is traced.
 
 use crate::budget::{Budget, file_name};
+use crate::choice::Choice;
 use crate::config::{Experiment, MethodEntry, Metric, OrderChoice, Sizes};
 use crate::error::Error;
 use crate::machine::require_memory;
 use crate::reference::plan::PlannedReference;
 use crate::settings::{differences, table_to_json};
 use crate::source::Source;
-use integrators::{Bias, Integrator, Methods, Orders, PartSettings, Render, RenderError, RenderSettings, render};
+use integrators::composite::{self, Composite};
+use integrators::{
+    Bias, Integrator, Methods, Orders, PartSettings, Render, RenderError, RenderSettings, Request, render,
+};
 use sampling::sampler::SamplerKind;
 use scenes::{LoadOptions, Scene, Skip};
 
@@ -39,6 +43,16 @@ pub struct PlannedScene {
     pub source: String,
     /// The scene.
     pub scene: Scene,
+    /// The composites whose runs were chosen for it.
+    pub chosen: Vec<ChosenMethod>,
+}
+
+/// A composite whose runs were chosen for a scene.
+pub struct ChosenMethod {
+    /// The composite, in place of the plan's of the same label.
+    pub planned: PlannedMethod,
+    /// How it was chosen.
+    pub choice: Choice,
 }
 
 /// A method of the plan, with a sampler.
@@ -55,7 +69,23 @@ pub struct PlannedMethod {
     pub method: Box<dyn Integrator>,
 }
 
+impl PlannedMethod {
+    /// Whether it is a composite whose runs are still to be chosen.
+    pub fn is_open(&self) -> bool {
+        self.method.name() == composite::NAME && Composite::is_open(&self.method.settings())
+    }
+}
+
 impl Plan {
+    /// The methods as they are in a scene.
+    pub fn methods_in<'a>(&'a self, scene: &'a PlannedScene) -> impl Iterator<Item = &'a PlannedMethod> {
+        let chosen = |planned: &'a PlannedMethod| {
+            let found = scene.chosen.iter().find(|chosen| chosen.planned.label == planned.label);
+            found.map_or(planned, |chosen| &chosen.planned)
+        };
+        self.methods.iter().map(chosen)
+    }
+
     /// Checks an experiment and loads all it needs. `source` is blamed for faults that it holds.
     ///
     /// # Errors
@@ -109,7 +139,8 @@ impl Plan {
     }
 
     fn check_support(&self) -> Result<(), Error> {
-        for (scene, method) in self.scenes.iter().flat_map(|s| self.methods.iter().map(move |m| (s, m))) {
+        let settled = || self.methods.iter().filter(|method| !method.is_open());
+        for (scene, method) in self.scenes.iter().flat_map(|s| settled().map(move |m| (s, m))) {
             let settings = self.render_settings(method);
             if let Err(error) = render::request(&scene.scene, &*method.method, &settings, &self.parts) {
                 let reason = match error {
@@ -134,7 +165,10 @@ impl Plan {
             let mut of_scene: u128 = if judged { u128::from(pixels) * u128::from(orders) * 144 } else { 0 };
             for method in &self.methods {
                 let settings = self.render_settings(method);
-                let request = render::request(&scene.scene, &*method.method, &settings, &self.parts)?;
+                let request = match method.is_open() {
+                    true => Request::new(settings.orders, settings.tail),
+                    false => render::request(&scene.scene, &*method.method, &settings, &self.parts)?,
+                };
                 let layers = request.film_layers() as u64;
                 of_scene +=
                     u128::from(Render::bytes(pixels, layers)) + u128::from(method.method.bytes(pixels, &request));
@@ -219,7 +253,7 @@ fn planned_scenes(source: &Source, experiment: &Experiment) -> Result<Vec<Planne
             if planned.iter().any(|p| p.name == name) {
                 return Err(source.blame("scenes", format!("two scenes are called {name}; leave one out or rename it")));
             }
-            planned.push(PlannedScene { name, source: path.clone(), scene });
+            planned.push(PlannedScene { name, source: path.clone(), scene, chosen: Vec::new() });
         }
     }
     Ok(planned)

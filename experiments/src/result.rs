@@ -1,5 +1,6 @@
 //! What an experiment leaves behind: the structs that the runner fills, and that records, plots and reports read.
 
+use crate::choice::Choice;
 use crate::config::Experiment;
 use crate::fireflies::FireflyRecord;
 use crate::observations::{Intervals, Judged};
@@ -12,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::sync::Arc;
 
-pub use provenance::{Machine, Manifest, MethodRecord, Program, RenderRecord, SceneRecord};
+pub use provenance::{Machine, Manifest, MethodRecord, Origin, Program, RenderRecord, SceneRecord};
 
 mod provenance;
 
@@ -33,6 +34,8 @@ pub struct ExperimentResult {
     pub ratios: Vec<RatioRow>,
     /// What images were judged by, a scene each; empty where they were not.
     pub references: Vec<SceneTruth>,
+    /// How composites were chosen, and what they have gained.
+    pub choices: Vec<ChoiceRow>,
     /// What confidence sequences said at the end, where the budget was an error.
     pub sequences: Vec<SequenceRow>,
     /// Integrals of known value by every sampler, samplers in turn; empty where none were asked for.
@@ -127,6 +130,22 @@ pub struct SceneTruth {
     pub scene: String,
     /// Its reference.
     pub truth: Arc<Truth>,
+}
+
+/// A composite in a scene: how it was chosen, and what it has gained.
+#[derive(Clone, Debug)]
+pub struct ChoiceRow {
+    /// The scene's name.
+    pub scene: String,
+    /// The composite's label.
+    pub label: String,
+    /// Its runs, and what was predicted.
+    pub choice: Choice,
+    /// Its efficiency on the image's sum over that of the best single method of the experiment, and which one that is; `None` where the
+    /// experiment has none that carries all of the light.
+    pub gain: Option<(String, Estimate)>,
+    /// The measured variance of one sample of each run's orders, the composite's, image and channel mean.
+    pub variances: Vec<f64>,
 }
 
 /// What a budget without a number of samples goes by.

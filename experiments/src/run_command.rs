@@ -1,6 +1,6 @@
 //! `neumann run`: an experiment from its file to its folder of results.
 
-use crate::cli::{RunArgs, print};
+use crate::cli::{ChangeArgs, RunArgs};
 use crate::config::{self, Experiment, Reference, Samplers, Sizes};
 use crate::error::{Error, Status};
 use crate::export::exr::{ImageMeta, LayerSelection, write_measurement};
@@ -11,7 +11,6 @@ use crate::manifest::MANIFEST;
 use crate::output::Folder;
 use crate::plan::Plan;
 use crate::progress::{Verbosity, while_loading};
-use crate::report::summary::Tone;
 use crate::result::{ExperimentResult, Manifest, SceneTruth};
 use crate::runner::Outcome;
 use crate::settings::Assignment;
@@ -19,13 +18,13 @@ use crate::source::Source;
 use crate::states::States;
 use crate::stop::Stop;
 use crate::{
-    agreement, budget, convergence, fireflies, manifest, output, ratio, record, reference, report, runner, settings,
-    states,
+    agreement, budget, choice, convergence, fireflies, manifest, output, ratio, record, reference, report, runner,
+    settings, shard_command, shards, states,
 };
 use integrators::{Methods, Part};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
-use words::{differences, judgements, summary};
+pub(crate) use words::tell;
 
 mod words;
 
@@ -34,16 +33,15 @@ mod words;
 /// # Errors
 /// If anything asked for is impossible: found out before any ray is traced, but for a disk that fills up.
 pub fn run(args: &RunArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
-    let started = SystemTime::now();
-    let mut source = Source::open(&args.experiment)?;
-    let experiment = changed(source.parse()?, args)?;
-    for (key, flag) in flags(args, &experiment) {
-        source.changed_by(&key, flag);
+    if let Some(shard) = args.shard {
+        return shard_command::run(args, shard, methods, verbosity, stop);
     }
+    let started = SystemTime::now();
+    let (source, experiment) = open(&args.experiment, &args.changes)?;
     let mut plan = while_loading(verbosity, || Plan::new(&source, experiment, methods))?;
     let path = args.out.clone().unwrap_or_else(|| PathBuf::from("results").join(&plan.name));
     let mut folder = Folder::open(&path)?;
-    let former = former_results(&path, &plan, args)?;
+    let former = former_results(&path, &plan, args.fresh)?;
 
     let pool = budget::pool(args.threads)?;
     let threads = pool.current_num_threads();
@@ -53,7 +51,10 @@ pub fn run(args: &RunArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop)
         states.clear()?;
     }
     states.begin(&manifest::manifest(&plan, Vec::new(), threads, started, false))?;
-    let mut outcome = pool.install(|| runner::run(&mut plan, &mut states, verbosity, stop))?;
+    let mut outcome = pool.install(|| {
+        runner::compose(&mut plan, methods, &mut states, verbosity, stop)?;
+        runner::run(&mut plan, &mut states, verbosity, stop)
+    })?;
     if let (Some(signal), true) = (stop.signal(), former.as_ref().is_some_and(|f| f.complete)) {
         eprintln!("stopped early: the complete results in {} are kept; {GO_ON}", path.display());
         return Ok(Status::Interrupted(signal));
@@ -75,14 +76,7 @@ pub fn run(args: &RunArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop)
     if complete {
         states.end()?;
     }
-    // Warnings are what no one asked to be quiet about.
-    let (judged, warnings): (Vec<_>, Vec<_>) =
-        judgements(&result).into_iter().partition(|(_, s)| s.tone == Tone::Plain);
-    eprint!("{}", differences(&result));
-    warnings.iter().for_each(|(scene, sentence)| eprintln!("warning: {scene}: {}", sentence.text));
-    if verbosity == Verbosity::Normal {
-        print(&summary(&result, &judged, &path))?;
-    }
+    tell(&result, &path, verbosity)?;
     if stop.signal().is_some() {
         eprintln!("stopped early: {} holds what was complete; {GO_ON}", path.display());
     }
@@ -90,7 +84,7 @@ pub fn run(args: &RunArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop)
 }
 
 /// What follows from what was measured.
-fn compared(plan: &Plan, outcome: Outcome, manifest: Manifest) -> Result<ExperimentResult, Error> {
+pub(crate) fn compared(plan: &Plan, outcome: Outcome, manifest: Manifest) -> Result<ExperimentResult, Error> {
     let Outcome { methods, integrals, references, sequences, .. } = outcome;
     let (mut agreement, mut ratios) = (Vec::new(), Vec::new());
     for scene in &plan.scenes {
@@ -101,11 +95,12 @@ fn compared(plan: &Plan, outcome: Outcome, manifest: Manifest) -> Result<Experim
     let mut fireflies = Vec::new();
     for result in &methods {
         let scene = plan.scenes.iter().find(|scene| scene.name == result.scene);
-        let planned = plan.methods.iter().find(|planned| planned.label == result.label);
-        if let (Some(scene), Some(planned)) = (scene, planned) {
+        let Some(scene) = scene else { continue };
+        if let Some(planned) = plan.methods_in(scene).find(|planned| planned.label == result.label) {
             fireflies.extend(fireflies::records(plan, scene, planned, result)?);
         }
     }
+    let choices = choice::gains(plan, &methods);
     let slopes = methods.iter().flat_map(convergence::slopes).collect();
     let (name, experiment) = (plan.name.clone(), plan.experiment.clone());
     Ok(ExperimentResult {
@@ -116,6 +111,7 @@ fn compared(plan: &Plan, outcome: Outcome, manifest: Manifest) -> Result<Experim
         slopes,
         ratios,
         references,
+        choices,
         sequences,
         integrals,
         fireflies,
@@ -123,8 +119,20 @@ fn compared(plan: &Plan, outcome: Outcome, manifest: Manifest) -> Result<Experim
     })
 }
 
-/// The experiment with the changes that flags make.
-fn changed(experiment: Experiment, args: &RunArgs) -> Result<Experiment, Error> {
+/// An experiment as it is found, and with the changes that flags make.
+///
+/// # Errors
+/// If there is none, or it cannot be read or changed.
+pub(crate) fn open(name_or_path: &str, changes: &ChangeArgs) -> Result<(Source, Experiment), Error> {
+    let mut source = Source::open(name_or_path)?;
+    let experiment = changed(source.parse()?, changes)?;
+    for (key, flag) in flags(changes, &experiment) {
+        source.changed_by(&key, flag);
+    }
+    Ok((source, experiment))
+}
+
+fn changed(experiment: Experiment, args: &ChangeArgs) -> Result<Experiment, Error> {
     let mut experiment = settings::change_experiment(experiment, &args.set)?;
     experiment.until = args.until.or(experiment.until);
     experiment.max_spp = args.max_spp.or(experiment.max_spp);
@@ -153,7 +161,7 @@ fn changed(experiment: Experiment, args: &RunArgs) -> Result<Experiment, Error> 
 }
 
 /// The keys that flags change, and the flags as faults are told of them.
-fn flags(args: &RunArgs, experiment: &Experiment) -> Vec<(String, String)> {
+fn flags(args: &ChangeArgs, experiment: &Experiment) -> Vec<(String, String)> {
     let number = |key: &str, value: Option<String>| {
         let name = key.replace('_', "-");
         value.map(|value| (key.to_owned(), format!("--{name} {value}")))
@@ -180,13 +188,15 @@ fn flags(args: &RunArgs, experiment: &Experiment) -> Vec<(String, String)> {
 const GO_ON: &str = "the same command, without --fresh, goes on from there";
 
 /// The manifest of an earlier run of the same configuration in this folder, which this run replaces.
-fn former_results(path: &Path, plan: &Plan, args: &RunArgs) -> Result<Option<Manifest>, Error> {
+pub(crate) fn former_results(path: &Path, plan: &Plan, fresh: bool) -> Result<Option<Manifest>, Error> {
     let former = manifest::read_manifest(&path.join(MANIFEST)).map(|stored| stored.manifest);
     let begun = States::begun(path);
     let states = States::are_alone(path);
     let is_ours = |entry: &std::fs::DirEntry| {
         let name = entry.file_name();
-        name.to_string_lossy().starts_with(output::HIDDEN) || (states && name == states::FOLDER)
+        name.to_string_lossy().starts_with(output::HIDDEN)
+            || (states && name == states::FOLDER)
+            || [shards::FOLDER, shards::plan::FILE].iter().any(|ours| name == *ours)
     };
     let foreign = || std::fs::read_dir(path).is_ok_and(|entries| entries.flatten().any(|entry| !is_ours(&entry)));
     if former.is_none() && foreign() {
@@ -195,7 +205,7 @@ fn former_results(path: &Path, plan: &Plan, args: &RunArgs) -> Result<Option<Man
             path.display()
         )));
     }
-    if !args.fresh {
+    if !fresh {
         check_former(path, begun.as_ref(), former.as_ref(), plan)?;
     }
     Ok(former)
@@ -223,7 +233,7 @@ fn check_former(path: &Path, begun: Option<&Manifest>, former: Option<&Manifest>
 }
 
 /// Writes all files, and puts them in place once they are complete.
-fn write_all(folder: &mut Folder, result: &ExperimentResult) -> Result<(), Error> {
+pub(crate) fn write_all(folder: &mut Folder, result: &ExperimentResult) -> Result<(), Error> {
     let staging = folder.staging();
     for method in &result.methods {
         let scene_folder = staging.join(&method.scene);
@@ -274,7 +284,7 @@ fn write_all(folder: &mut Folder, result: &ExperimentResult) -> Result<(), Error
     folder.commit()
 }
 
-fn status(result: &ExperimentResult, args: &RunArgs, stop: &Stop) -> Status {
+pub(crate) fn status(result: &ExperimentResult, args: &RunArgs, stop: &Stop) -> Status {
     let mut status = Status::Done;
     let invalid = result.methods.iter().filter(|m| m.measurement.invalid.iter().any(|&n| n > 0));
     for method in invalid.filter(|_| !args.allow_invalid) {

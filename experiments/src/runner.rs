@@ -3,8 +3,6 @@
 //! What an earlier run has rendered of it is taken up, and what is rendered is saved from time to time.
 
 use crate::budget::Budget;
-use crate::config::Convergence;
-use crate::convergence::Deviations;
 use crate::error::Error;
 use crate::integrals;
 use crate::job::{Job, Work};
@@ -13,18 +11,23 @@ use crate::path_class;
 use crate::plan::{Plan, PlannedMethod, PlannedScene};
 use crate::progress::{Progress, Verbosity};
 use crate::reference::Truth;
-use crate::result::{Checkpoint, IntegralResult, MethodResult, RenderRecord, SceneTruth, SequenceRow};
+use crate::result::{IntegralResult, MethodResult, RenderRecord, SceneTruth, SequenceRow};
 use crate::states::{States, Unit};
 use crate::stop::Stop;
-use integrators::{PartSettings, Render, RenderSettings, Request, Window, render};
+use checkpoint::with_size;
+pub use compose::compose;
+use integrators::{Render, RenderSettings, Window, render};
 use reference::Works;
 pub use reference::hash as reference_hash;
 use std::sync::Arc;
 use until::{RunLength, StoppingRule};
 
+mod checkpoint;
+mod compose;
 mod cost;
 mod reference;
 mod until;
+pub mod works;
 
 /// What a run leaves behind.
 #[derive(Debug, Default)]
@@ -66,7 +69,10 @@ pub fn run(plan: &mut Plan, states: &mut States, verbosity: Verbosity, stop: &St
         outcome.references.extend(truth);
         if plan.experiment.marginal_cost && stop.signal().is_none() {
             for result in &mut outcome.methods[first..] {
-                let with_samples = plan.methods.iter().zip(samples).find(|(planned, _)| planned.label == result.label);
+                let with_samples = plan
+                    .methods_in(&plan.scenes[scene])
+                    .zip(samples)
+                    .find(|(planned, _)| planned.label == result.label);
                 if let Some((planned, &samples)) = with_samples {
                     runner.measure_costs((plan, scene, planned), samples, result)?;
                 }
@@ -98,7 +104,7 @@ enum Pilot {
 fn samples_per_replicate(plan: &Plan, states: &mut States, stop: &Stop) -> Result<Vec<Vec<u32>>, Error> {
     let mut of =
         |scene: &PlannedScene, planned: &PlannedMethod| by_pilot(plan, scene, planned, Pilot::Each, states, stop);
-    plan.scenes.iter().map(|scene| plan.methods.iter().map(|planned| of(scene, planned)).collect()).collect()
+    plan.scenes.iter().map(|scene| plan.methods_in(scene).map(|planned| of(scene, planned)).collect()).collect()
 }
 
 /// Samples that a budget gives a method in a scene. A pilot is asked but once: on another day it would choose another number.
@@ -133,7 +139,7 @@ fn lengths(plan: &Plan, samples: &[Vec<u32>], states: &mut States, stop: &Stop) 
     };
     let mut length = |(scene, samples): (&PlannedScene, &Vec<u32>)| {
         let mut most = Vec::new();
-        for (planned, &n) in plan.methods.iter().zip(samples) {
+        for (planned, &n) in plan.methods_in(scene).zip(samples) {
             let mut all = plan.experiment.max_spp.unwrap_or(u32::MAX);
             if plan.experiment.seconds.is_some() {
                 all = all.min(by_pilot(plan, scene, planned, Pilot::Most, states, stop)?);
@@ -171,7 +177,8 @@ fn check_states(plan: &Plan, samples: &[Vec<u32>], states: &States) -> Result<()
         )))
     };
     for (scene, samples) in samples.iter().enumerate() {
-        for (planned, &n) in plan.methods.iter().zip(samples).filter(|_| plan.experiment.until.is_none()) {
+        let methods = plan.methods_in(&plan.scenes[scene]);
+        for (planned, &n) in methods.zip(samples).filter(|_| plan.experiment.until.is_none()) {
             check(&image_work(plan, scene, planned, n)?, plan.budget.replicates)?;
         }
         let asked = plan.reference.as_ref().map_or(0, |reference| reference.asked.replicates);
@@ -195,7 +202,7 @@ fn total_work(plan: &Plan, samples: &[Vec<u32>], lengths: &[RunLength]) -> f64 {
         let of = |(planned, &n): (&PlannedMethod, &u32)| {
             f64::from(n) * plan.render_settings(planned).orders.iter().count() as f64 * f64::from(cost::REPLICATES)
         };
-        pixels(scene) * plan.methods.iter().zip(samples).map(of).sum::<f64>()
+        pixels(scene) * plan.methods_in(scene).zip(samples).map(of).sum::<f64>()
     });
     let costs = if plan.experiment.marginal_cost { costs.sum() } else { 0.0 };
     let checkpoints = plan.experiment.convergence.as_ref().map_or(0.0, |c| {
@@ -212,21 +219,6 @@ fn total_work(plan: &Plan, samples: &[Vec<u32>], lengths: &[RunLength]) -> f64 {
 
 fn pixels(scene: &PlannedScene) -> f64 {
     f64::from(scene.scene.camera.width()) * f64::from(scene.scene.camera.height())
-}
-
-/// Does something with a scene while its camera has the size of the convergence checkpoints, or its own where that is smaller.
-fn with_size<T>(
-    plan: &mut Plan,
-    scene: usize,
-    convergence: &Convergence,
-    work: impl FnOnce(&Plan, &PlannedScene) -> Result<T, Error>,
-) -> Result<T, Error> {
-    let camera = &mut plan.scenes[scene].scene.camera;
-    let (width, height) = (camera.width(), camera.height());
-    camera.set_size(width.min(convergence.size[0]), height.min(convergence.size[1]));
-    let result = work(plan, &plan.scenes[scene]);
-    plan.scenes[scene].scene.camera.set_size(width, height);
-    result
 }
 
 /// What the states of images are called.
@@ -250,7 +242,7 @@ impl Runner<'_> {
         outcome: &mut Outcome,
     ) -> Result<(), Error> {
         let mut jobs = Vec::new();
-        for (planned, &n) in plan.methods.iter().zip(samples) {
+        for (planned, &n) in plan.methods_in(&plan.scenes[scene]).zip(samples) {
             let work = image_work(plan, scene, planned, n)?;
             let layers = work.request.layers();
             let judge = truth.map(|truth| truth.judge(layers, &plan.metrics));
@@ -268,33 +260,11 @@ impl Runner<'_> {
         Ok(())
     }
 
-    /// Every method's checkpoints in one scene, whose camera has the right size already. A checkpoint that the user's early end
-    /// leaves incomplete is left out.
-    fn measure_convergence(
-        &mut self,
-        plan: &Plan,
-        scene: &PlannedScene,
-        convergence: &Convergence,
-        renders: &mut Vec<RenderRecord>,
-    ) -> Result<Vec<Vec<Checkpoint>>, Error> {
-        let mut points: Vec<Vec<Checkpoint>> = vec![Vec::new(); plan.methods.len()];
-        for &samples in &convergence.checkpoints {
-            let mut jobs = Vec::new();
-            for planned in &plan.methods {
-                jobs.push(checkpoint(plan, scene, planned, samples, self.states)?);
-            }
-            self.take_turns(&mut jobs, &RunLength::Replicates(convergence.replicates))?;
-            renders.extend(jobs.iter().map(Job::record));
-            if jobs.iter().any(|job| job.replicates() < convergence.replicates) {
-                return Ok(points);
-            }
-            points.iter_mut().zip(jobs).for_each(|(points, job)| points.extend(checkpoints(plan, job, samples)));
-        }
-        Ok(points)
-    }
-
     /// Has all jobs render until they have replicates enough, or until the user asks for an end; their states are saved then.
     fn take_turns(&mut self, jobs: &mut [Job], length: &RunLength) -> Result<(), Error> {
+        if let Some(shards) = self.states.shards() {
+            return self.gather(&shards, jobs, length);
+        }
         for job in jobs.iter() {
             self.progress.skip(f64::from(job.replicates()) * job.work());
         }
@@ -363,35 +333,4 @@ fn result(job: Job, targets: &[f64]) -> MethodResult {
         bias: planned.method.bias(),
         skipped: scene.scene.needs.skipped().into_iter().map(str::to_owned).collect(),
     }
-}
-
-/// A method at one number of samples. Every checkpoint draws numbers of its own, so that they are independent of one another and
-/// of the images.
-fn checkpoint<'a>(
-    plan: &Plan,
-    scene: &'a PlannedScene,
-    planned: &'a PlannedMethod,
-    samples: u32,
-    states: &mut States,
-) -> Result<Job<'a>, Error> {
-    let (width, height) = (scene.scene.camera.width(), scene.scene.camera.height());
-    let settings = image_settings(plan, planned, samples);
-    let instance = format!("{} {width}x{height} at {samples}", settings.instance);
-    let layers = Request::new(settings.orders.clone(), settings.tail).layers().len();
-    let deviations = Deviations::new(width as usize * height as usize, layers);
-    let settings = RenderSettings { instance, ..settings };
-    let noted = Observations { deviations: Some(deviations), ..Observations::default() };
-    let parts = PartSettings::default();
-    let request = render::request(&scene.scene, &*planned.method, &settings, &parts)?;
-    let (what, judged_by) = (format!("{width}x{height}_at_{samples}"), String::new());
-    Job::open(Work { scene, planned, settings, request, parts, what, judged_by }, noted, None, states)
-}
-
-/// What a checkpoint has measured, layer by layer.
-fn checkpoints(plan: &Plan, job: Job, samples: u32) -> Vec<Checkpoint> {
-    let settings = plan.render_settings(job.planned);
-    let request = Request::new(settings.orders, settings.tail);
-    let (measurement, noted) = job.finish();
-    let seconds = &measurement.replicate_seconds;
-    noted.deviations.map(|d| d.checkpoints(samples, seconds, request.layers())).unwrap_or_default()
 }

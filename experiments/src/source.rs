@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
 /// The experiments embedded in the program: names and files.
-pub const LIBRARY: [(&str, &str); 12] = [
+pub const LIBRARY: [(&str, &str); 13] = [
+    ("best_per_order", include_str!("../library/best_per_order.toml")),
     ("comparison", include_str!("../library/comparison.toml")),
     ("consistency", include_str!("../library/consistency.toml")),
     ("convergence", include_str!("../library/convergence.toml")),
@@ -57,6 +58,16 @@ impl Source {
         let text = scenes::file::read_text(path).map_err(failed)?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Self { name, path: Some(path.to_owned()), text, flags: Vec::new() })
+    }
+
+    /// What was read before.
+    pub fn known(name: &str, path: Option<PathBuf>, text: &str) -> Self {
+        Self { name: name.to_owned(), path, text: text.to_owned(), flags: Vec::new() }
+    }
+
+    /// What the file holds.
+    pub fn text(&self) -> &str {
+        &self.text
     }
 
     /// What a command makes up itself.

@@ -22,13 +22,18 @@ use crate::manifest;
 use crate::plan::{PlannedMethod, PlannedScene};
 use crate::program::program;
 use crate::result::Manifest;
+use crate::shards::Shards;
 use integrators::state::{Stored, damaged};
 use integrators::{PartSettings, RenderSettings, Window};
 use pace::Pace;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 mod pace;
@@ -71,11 +76,7 @@ impl Unit {
         parts: &PartSettings,
         (what, judged_by): (&str, &str),
     ) -> Self {
-        // The scene's hash knows nothing of its pixels.
-        let (width, height) = (scene.scene.camera.width(), scene.scene.camera.height());
-        let pixels = format!("{width}x{height} {:?}", Window::of(&scene.scene));
-        let method = format!("{} {}", planned.method.name(), planned.method.settings());
-        let origin = format!("{} {pixels}\n{method}\n{settings:?}\n{parts:?}\n{judged_by}", scene.scene.hash);
+        let origin = format!("{}\n{judged_by}", origin(scene, planned, settings, parts));
         let name = format!("{}-{}-{what}", scene.name, planned.label);
         Self::new(&name, &origin)
     }
@@ -86,15 +87,31 @@ impl Unit {
     }
 }
 
+/// All that the images of a method in a scene follow from, the program apart.
+pub fn origin(
+    scene: &PlannedScene,
+    planned: &PlannedMethod,
+    settings: &RenderSettings,
+    parts: &PartSettings,
+) -> String {
+    // The scene's hash knows nothing of its pixels.
+    let (width, height) = (scene.scene.camera.width(), scene.scene.camera.height());
+    let pixels = format!("{width}x{height} {:?}", Window::of(&scene.scene));
+    let method = format!("{} {}", planned.method.name(), planned.method.settings());
+    format!("{} {pixels}\n{method}\n{settings:?}\n{parts:?}", scene.scene.hash)
+}
+
 /// The states of a run.
 pub struct States {
     folder: PathBuf,
     /// Whether anything is kept.
     kept: bool,
+    /// Where replicates are taken from, if they have been rendered apart.
+    shards: Option<Arc<Shards>>,
     /// The files that belong to this run.
     used: BTreeSet<String>,
-    /// Samples of a replicate that pilots have chosen, by the file of the unit that they are for.
-    chosen: BTreeMap<String, u32>,
+    /// What pilots have chosen, by the file of the unit that it is for.
+    chosen: BTreeMap<String, Value>,
     pace: Pace,
 }
 
@@ -103,13 +120,26 @@ impl States {
     pub fn open(results: &Path, every: Option<f64>) -> Self {
         let folder = results.join(FOLDER);
         let chosen = scenes::file::read(&folder.join(CHOSEN)).ok().and_then(|text| serde_json::from_slice(&text).ok());
-        Self { folder, kept: true, used: BTreeSet::new(), chosen: chosen.unwrap_or_default(), pace: Pace::new(every) }
+        let (used, chosen) = (BTreeSet::new(), chosen.unwrap_or_default());
+        Self { folder, kept: true, shards: None, used, chosen, pace: Pace::new(every) }
     }
 
     /// None at all: for runs that leave nothing behind.
     pub fn none() -> Self {
         let (used, chosen) = (BTreeSet::new(), BTreeMap::new());
-        Self { folder: PathBuf::new(), kept: false, used, chosen, pace: Pace::new(None) }
+        Self { folder: PathBuf::new(), kept: false, shards: None, used, chosen, pace: Pace::new(None) }
+    }
+
+    /// None, for a run whose replicates have been rendered apart.
+    pub fn of_shards(shards: Shards) -> Self {
+        let mut states = Self::none();
+        states.shards = Some(Arc::new(shards));
+        states
+    }
+
+    /// Where replicates are taken from, if they have been rendered apart.
+    pub fn shards(&self) -> Option<Arc<Shards>> {
+        self.shards.clone()
     }
 
     /// Whether the folder of states among results holds nothing else, if it is there.
@@ -242,22 +272,27 @@ impl States {
         self.kept && self.pace.due(seconds)
     }
 
-    /// The samples of a replicate that a pilot has chosen for a unit; if none has, what `pilot` chooses now.
+    /// What a pilot has chosen for a unit, such as the samples of a replicate; if none has, what `pilot` chooses now.
     ///
     /// # Errors
     /// Those of the pilot, and if its choice cannot be written.
-    pub fn chosen(&mut self, unit: &Unit, pilot: impl FnOnce() -> Result<u32, Error>) -> Result<u32, Error> {
+    pub fn chosen<T: Serialize + DeserializeOwned>(
+        &mut self,
+        unit: &Unit,
+        pilot: impl FnOnce() -> Result<T, Error>,
+    ) -> Result<T, Error> {
         if !self.kept {
             return pilot();
         }
         self.used.insert(unit.file.clone());
-        if let Some(&samples) = self.chosen.get(&unit.file) {
-            return Ok(samples);
+        let kept = self.chosen.get(&unit.file).cloned();
+        if let Some(chosen) = kept.and_then(|kept| serde_json::from_value(kept).ok()) {
+            return Ok(chosen);
         }
-        let samples = pilot()?;
-        self.chosen.insert(unit.file.clone(), samples);
+        let chosen = pilot()?;
+        self.chosen.insert(unit.file.clone(), serde_json::to_value(&chosen).unwrap_or_default());
         self.write_chosen()?;
-        Ok(samples)
+        Ok(chosen)
     }
 
     fn write_chosen(&self) -> Result<(), Error> {

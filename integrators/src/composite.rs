@@ -40,6 +40,33 @@ pub struct Run {
     pub share: f64,
 }
 
+impl Run {
+    /// As [`Run::read`] takes it, without the settings.
+    pub fn brief(&self) -> String {
+        let tail = if self.tail { "+tail" } else { "" };
+        format!("{}:{}{tail}:{}", self.method, self.orders, self.share)
+    }
+
+    /// From `METHOD:ORDERS:SHARE`, such as `path:1-3:0.5`, with `+tail` behind the orders for a run that has it.
+    ///
+    /// # Errors
+    /// If it is written in another way.
+    pub fn read(text: &str) -> Result<Self, String> {
+        let parts: Vec<&str> = text.split(':').map(str::trim).collect();
+        let read = match parts[..] {
+            [method, orders, share] => share.parse::<f64>().ok().map(|share| (method, orders, share)),
+            _ => None,
+        };
+        let no_run = || format!("`{text}` is no run; write METHOD:ORDERS:SHARE, such as path:1-3:0.5");
+        let (method, orders, share) = read.ok_or_else(no_run)?;
+        let (orders, tail) = match orders.strip_suffix("tail") {
+            Some(orders) => (orders.trim_end_matches('+'), true),
+            None => (orders, false),
+        };
+        Ok(Self { method: method.to_owned(), settings: Map::new(), orders: orders.to_owned(), tail, share })
+    }
+}
+
 /// A run that can be made.
 struct Part {
     run: Run,
@@ -61,8 +88,11 @@ impl Part {
         if !(*share > 0.0 && share.is_finite()) {
             return Err(format!("the share {share:?} of {name} is no part of the samples; give a positive number"));
         }
-        let orders = Orders::parse(orders, scenes::description::MAX_ORDER)
-            .map_err(|reason| format!("orders of {name}: {reason}"))?;
+        let all = scenes::description::MAX_ORDER;
+        let orders = match orders.as_str() {
+            "" if run.tail => Orders::up_to(all).only(|_| false),
+            list => Orders::parse(list, all).map_err(|reason| format!("orders of {name}: {reason}"))?,
+        };
         let method = methods.build(name, &Value::Object(settings.clone())).map_err(|e| e.to_string())?;
         let why_not = match method.bias() {
             Bias::None if method.iterates() => Some("its samples work in iterations"),
@@ -90,7 +120,7 @@ impl Part {
 }
 
 impl Composite {
-    /// Of settings `{"runs": [..]}`.
+    /// Of settings `{"runs": [..]}`, or `{"runs": "light:0:0.2;path:1-8:0.8"}`.
     ///
     /// # Errors
     /// If a run's method cannot be made, or be a part, or two runs have an order in common.
@@ -106,9 +136,12 @@ impl Composite {
             let mend = "did you mean `runs`? (settings: runs)".to_owned();
             return Err(MethodError::UnknownSetting { method: NAME.to_owned(), key: key.clone(), mend });
         }
-        let runs = given.get("runs").cloned().unwrap_or(json!([]));
-        let runs: Vec<Run> = serde_json::from_value(runs)
-            .map_err(|e| bad(format!("setting `runs`: {}", crate::in_plain_words(&e.to_string()))))?;
+        let runs: Result<Vec<Run>, String> = match given.get("runs") {
+            None => Ok(Vec::new()),
+            Some(Value::String(text)) => text.split(';').map(Run::read).collect(),
+            Some(list) => serde_json::from_value(list.clone()).map_err(|e| crate::in_plain_words(&e.to_string())),
+        };
+        let runs = runs.map_err(|reason| bad(format!("setting `runs`: {reason}")))?;
         let parts = runs.into_iter().map(|run| Part::new(run, methods)).collect::<Result<Vec<_>, _>>().map_err(bad)?;
         for (i, part) in parts.iter().enumerate() {
             for other in &parts[..i] {
@@ -166,10 +199,7 @@ impl Integrator for Composite {
 
     fn unsupported_request(&self, request: &Request) -> Option<String> {
         if self.parts.is_empty() {
-            return Some(
-                "it has no runs; give some, such as runs = [{ method = \"path\", orders = \"0-8\", share = 1.0 }]"
-                    .to_owned(),
-            );
+            return Some("it has no runs; give some, such as --set 'runs=light:0:0.2;path:1-8:0.8'".to_owned());
         }
         let requests: Vec<Request> = self.parts.iter().map(|part| part.request(request)).collect();
         let lost = |layer: &&Layer| !requests.iter().any(|request| request.layers().contains(layer));
@@ -224,7 +254,7 @@ impl Integrator for Composite {
                 let (request, scale) = (at_work.request, f64::from(at_work.scale));
                 let mut scaled = |c: &Contribution| {
                     if request.wants(c.technique.order()) {
-                        show(&Contribution { weight: c.weight * scale, ..c.clone() });
+                        show(&Contribution { weight: c.weight * scale, ..*c });
                     }
                 };
                 at_work.method.replay(scene, request, at_work.replicate, pixel, sample, &mut scaled);

@@ -14,6 +14,8 @@ use scenes::Scene;
 use std::io::{self, Read, Write};
 use std::time::Instant;
 
+mod apart;
+
 /// Blocks in flight at once, at most; bits do not depend on it.
 const WAVE: usize = 64;
 /// Bytes that the blocks in flight may take.
@@ -238,8 +240,22 @@ impl<'a> Render<'a> {
 
     /// Renders the next replicate in the current thread pool. `progress` is told the fraction done, from any thread.
     pub fn run_replicate(&mut self, progress: &(dyn Fn(f64) + Sync)) {
+        let seconds = self.trace(self.replicates(), progress);
+        self.add_replicate(seconds);
+    }
+
+    /// Adds what is on the film to the group at work.
+    fn add_replicate(&mut self, seconds: f64) {
+        self.group.push(&self.film, &self.grid, self.settings.samples_per_replicate, seconds);
+        if self.group.count() == GROUP {
+            self.close_group();
+        }
+    }
+
+    /// Fills the film with a replicate of this number, and counts for the group at work; gives the seconds that it took.
+    fn trace(&mut self, number: u32, progress: &(dyn Fn(f64) + Sync)) -> f64 {
         let start = Instant::now();
-        let (settings, number) = (&self.settings, self.replicates());
+        let settings = &self.settings;
         let key = StreamKey::new(settings.seed, &settings.instance, settings.role, number);
         let replicate = Replicate { key, sampler: settings.sampler, samples: settings.samples_per_replicate };
         let (width, height) = (self.scene.camera.width(), self.scene.camera.height());
@@ -283,11 +299,7 @@ impl<'a> Render<'a> {
         // Which blocks a film has had depends on the image alone, not on threads.
         let found = films.iter().filter_map(|film| film.fireflies.as_ref());
         found.for_each(|found| self.group.fireflies.add_tails(found));
-        let seconds = start.elapsed().as_secs_f64();
-        self.group.push(&self.film, &self.grid, self.settings.samples_per_replicate, seconds);
-        if self.group.count() == GROUP {
-            self.close_group();
-        }
+        start.elapsed().as_secs_f64()
     }
 
     /// A pixel of a layer of the replicate rendered last.

@@ -9,12 +9,15 @@ use crate::error::Error;
 use crate::stop::Stop;
 use crate::subject::small_size;
 use integrators::composite::{self, Run};
-use integrators::{Integrator, Layer, Methods, Request, RenderSettings};
+use integrators::{Integrator, Layer, Methods, RenderSettings, Request};
 use pilot::{Entry, Pilot, REPLICATES};
 use scenes::Scene;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+pub use gain::gains;
+
+mod gain;
 pub mod pilot;
 pub mod search;
 
@@ -82,8 +85,8 @@ impl Choice {
             let (small_width, small_height) = small_size(&scene.camera);
             scene.camera.set_size(small_width, small_height);
         }
-        let parts = f64::from(width) * f64::from(height)
-            / (f64::from(scene.camera.width()) * f64::from(scene.camera.height()));
+        let parts =
+            f64::from(width) * f64::from(height) / (f64::from(scene.camera.width()) * f64::from(scene.camera.height()));
         let chosen = choose(scene, methods, settings, &|sample| seconds(sample * parts) / parts, stop);
         scene.camera.set_size(width, height);
         chosen
@@ -112,8 +115,7 @@ fn choose(
 ) -> Result<Choice, Error> {
     let layers = Request::new(settings.orders.clone(), settings.tail).layers().to_vec();
     let (part, mut left_out) = entrants(scene, methods)?;
-    let mut entries: Vec<Entry> =
-        part.iter().map(|method| Entry::new(scene, &**method, settings, &layers)).collect();
+    let mut entries: Vec<Entry> = part.iter().map(|method| Entry::new(scene, &**method, settings, &layers)).collect();
     entries.retain(|entry| entry.carries.contains(&true));
     for entry in &entries {
         let lost: Vec<String> =
@@ -142,8 +144,11 @@ fn choose(
     let (assignment, single) = search::best(&candidates).map_err(no_method)?;
     let sets = search::sets(&assignment, entries.len());
     let first: f64 = pilots.iter().map(|pilot| pilot.seconds() * f64::from(samples * REPLICATES)).sum();
-    confirm(scene, &entries, (&layers, &sets, single), samples, stop)
-        .map(|choice| Choice { left_out, pilot_seconds: choice.pilot_seconds + first, ..choice })
+    confirm(scene, &entries, (&layers, &sets, single), samples, stop).map(|choice| Choice {
+        left_out,
+        pilot_seconds: choice.pilot_seconds + first,
+        ..choice
+    })
 }
 
 /// The samples of a pilot's image, by the time that one takes.
@@ -230,4 +235,33 @@ fn confirm(
         left_out: Vec::new(),
         pilot_seconds: pilots.iter().map(|pilot| pilot.seconds() * f64::from(samples * REPLICATES)).sum(),
     })
+}
+
+/// Labels of orders as a list of ranges: `0, 2 to 4, tail`.
+pub fn in_ranges(labels: &[String]) -> String {
+    let mut ranges: Vec<(String, String)> = Vec::new();
+    for label in labels {
+        let number = |label: &str| label.parse::<usize>().ok();
+        let follows = |last: &str| number(last).is_some_and(|last| number(label) == Some(last + 1));
+        match ranges.last_mut().filter(|(_, last)| follows(last)) {
+            Some((_, last)) => last.clone_from(label),
+            None => ranges.push((label.clone(), label.clone())),
+        }
+    }
+    let told = |(first, last): &(String, String)| match first == last {
+        true => first.clone(),
+        false => format!("{first} to {last}"),
+    };
+    ranges.iter().map(told).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn orders_that_follow_one_another_are_told_as_a_range() {
+        let labels = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<_>>();
+        assert_eq!(in_ranges(&labels("0 2 3 4 7 tail")), "0, 2 to 4, 7, tail");
+    }
 }

@@ -7,7 +7,7 @@ use crate::statistics::covariances::Covariances;
 use crate::statistics::positive;
 use crate::stop::Stop;
 use integrators::measurement::Counters;
-use integrators::{Integrator, Layer, Orders, Render, RenderSettings, Request};
+use integrators::{Integrator, Layer, Render, RenderSettings, Request};
 use sampling::sampler::Role;
 use scenes::Scene;
 
@@ -176,8 +176,7 @@ fn cost(scene: &Scene, entry: &Entry, layers: &[Layer], stop: &Stop) -> Result<C
     let mut work = [Vec::new(), Vec::new()];
     for k in 0..layers.len() {
         for (work, first) in work.iter_mut().zip([0, k]) {
-            let asked: Vec<Layer> =
-                (first..=k).filter(|&j| entry.carries[j]).map(|j| layers[j]).collect();
+            let asked: Vec<Layer> = (first..=k).filter(|&j| entry.carries[j]).map(|j| layers[j]).collect();
             if asked.is_empty() {
                 work.push(work.last().copied().unwrap_or(0.0));
                 continue;

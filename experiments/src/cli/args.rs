@@ -9,18 +9,14 @@ use crate::export::exr::LayerSelection;
 use crate::parts;
 use crate::relight_command::{self, Dimmer};
 use crate::settings::Assignment;
+use crate::shards::ShardChoice;
 use clap::{Args, Subcommand, ValueEnum};
 use integrators::{PathClass, Window};
 use std::path::PathBuf;
 
-/// `neumann run`.
-#[derive(Clone, Debug, Default, Args)]
-pub struct RunArgs {
-    /// An experiment's name (see `neumann list experiments`) or a .toml file.
-    pub experiment: String,
-    /// Folder of the results [default: results/EXPERIMENT].
-    #[arg(long, short, value_name = "DIR")]
-    pub out: Option<PathBuf>,
+/// Changes of an experiment. Flags that several commands share.
+#[derive(Clone, Debug, Default, PartialEq, Args)]
+pub struct ChangeArgs {
     /// Seconds for each method in each scene, instead of samples.
     #[arg(long, value_name = "S", conflicts_with = "spp")]
     pub seconds: Option<f64>,
@@ -52,6 +48,22 @@ pub struct RunArgs {
     /// Where random numbers come from (see `neumann list samplers`).
     #[arg(long, value_name = "NAME")]
     pub sampler: Option<String>,
+    /// Change a key of the experiment (max_order=4) or a method's setting (bdpt.mis=power).
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<Assignment>,
+}
+
+/// `neumann run`.
+#[derive(Clone, Debug, Default, Args)]
+pub struct RunArgs {
+    /// An experiment's name (see `neumann list experiments`) or a .toml file.
+    pub experiment: String,
+    /// Folder of the results [default: results/EXPERIMENT].
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// What to change.
+    #[command(flatten)]
+    pub changes: ChangeArgs,
     /// Threads [default: all cores].
     #[arg(long, value_name = "T", value_parser = parse_threads)]
     pub threads: Option<usize>,
@@ -62,9 +74,51 @@ pub struct RunArgs {
     /// Seconds of work between saves of what has been rendered [default: 30, or more where saving takes long].
     #[arg(long, value_name = "S", value_parser = parse_seconds)]
     pub save_every: Option<f64>,
-    /// Change a key of the experiment (max_order=4) or a method's setting (bdpt.mis=power).
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub set: Vec<Assignment>,
+    /// Render one shard of the plan that the folder holds (see `neumann plan`): its number and how many there are, or auto, as
+    /// SLURM_ARRAY_TASK_ID, JOB_COMPLETION_INDEX (from 0), PBS_ARRAY_INDEX or SGE_TASK_ID says.
+    #[arg(long, value_name = "I/N")]
+    pub shard: Option<ShardChoice>,
+    /// Render a shard of a plan that another build, or one for another architecture, has made: bits may differ.
+    #[arg(long, requires = "shard")]
+    pub allow_foreign: bool,
+    /// Exit with 0 even if non-finite samples occurred.
+    #[arg(long)]
+    pub allow_invalid: bool,
+}
+
+/// `neumann plan`.
+#[derive(Clone, Debug, Args)]
+pub struct PlanArgs {
+    /// An experiment's name (see `neumann list experiments`) or a .toml file.
+    pub experiment: String,
+    /// How many shards.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub shards: u32,
+    /// Folder of plan, shards and results [default: results/EXPERIMENT].
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// What to change.
+    #[command(flatten)]
+    pub changes: ChangeArgs,
+    /// Threads of each shard, and of the short renders that tell what work costs [default: all cores].
+    #[arg(long, value_name = "T", value_parser = parse_threads)]
+    pub threads: Option<usize>,
+    /// Discard another plan that the folder holds, and its shards.
+    #[arg(long)]
+    pub fresh: bool,
+}
+
+/// `neumann merge`.
+#[derive(Clone, Debug, Args)]
+pub struct MergeArgs {
+    /// The folder of a plan and its shards.
+    pub dir: PathBuf,
+    /// Threads [default: all cores].
+    #[arg(long, value_name = "T", value_parser = parse_threads)]
+    pub threads: Option<usize>,
+    /// Take shards that other builds, or those for other architectures, have rendered: bits may differ.
+    #[arg(long)]
+    pub allow_foreign: bool,
     /// Exit with 0 even if non-finite samples occurred.
     #[arg(long)]
     pub allow_invalid: bool,

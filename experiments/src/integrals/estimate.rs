@@ -14,6 +14,7 @@ use integrators::stored;
 use rayon::prelude::*;
 use sampling::moments::Moments;
 use sampling::sampler::{Role, Sampler, SamplerKind, StreamKey};
+use std::io::{self, Write};
 use std::time::Instant;
 
 /// One replicate's estimates of an integral in all pixels of its screen.
@@ -78,6 +79,10 @@ fn checkpoints(
     progress: &mut Progress,
     stop: &Stop,
 ) -> Result<Vec<Measured>, Error> {
+    if let Some(shards) = states.shards() {
+        let read = |&samples: &u32| shards.read((&content(sampler, settings, samples, seed), 0), Stored::read);
+        return settings.checkpoints.iter().map(read).collect();
+    }
     let unit = Unit::new(&format!("integrals-{sampler}"), &format!("{seed} {settings:?}"));
     let mut measured: Vec<Measured> = states.load(&unit, Stored::read)?.unwrap_or_default();
     let mut saved = measured.len();
@@ -89,13 +94,10 @@ fn checkpoints(
             break;
         }
         progress.say(format!("integrals, {sampler} at {samples} samples"));
-        let start = Instant::now();
-        let replicates = progress.during(work(settings, samples), |_| {
-            let replicate = |r| replicate(integrals, sampler, settings, samples, seed, r);
-            (0..settings.replicates).into_par_iter().map(replicate).collect()
-        });
-        let seconds = start.elapsed().as_secs_f64();
-        measured.push(Measured { samples, seconds: seconds / f64::from(settings.replicates), replicates });
+        let checkpoint =
+            progress.during(work(settings, samples), |_| checkpoint(integrals, sampler, settings, samples, seed));
+        let seconds = checkpoint.seconds * f64::from(settings.replicates);
+        measured.push(checkpoint);
         if states.due(seconds) {
             saved = measured.len();
             states.save(&unit, saved as u32, |to| measured.write(to))?;
@@ -105,6 +107,48 @@ fn checkpoints(
         states.save(&unit, measured.len() as u32, |to| measured.write(to))?;
     }
     Ok(measured)
+}
+
+/// One checkpoint of one sampler.
+fn checkpoint(
+    integrals: &[Integral],
+    sampler: SamplerKind,
+    settings: &Convergence,
+    samples: u32,
+    seed: u64,
+) -> Measured {
+    let start = Instant::now();
+    let replicate = |r| replicate(integrals, sampler, settings, samples, seed, r);
+    let replicates = (0..settings.replicates).into_par_iter().map(replicate).collect();
+    Measured { samples, seconds: start.elapsed().as_secs_f64() / f64::from(settings.replicates), replicates }
+}
+
+/// Measures one checkpoint of one sampler, and writes it for [`measure`] to read elsewhere.
+///
+/// # Errors
+/// If it cannot be written.
+pub fn write_checkpoint(
+    sampler: SamplerKind,
+    settings: &Convergence,
+    samples: u32,
+    seed: u64,
+    to: &mut dyn Write,
+) -> io::Result<()> {
+    checkpoint(&Integral::all(), sampler, settings, samples, seed).write(to)
+}
+
+/// The hash of what a checkpoint follows from, the program apart.
+pub fn content(sampler: SamplerKind, settings: &Convergence, samples: u32, seed: u64) -> blake3::Hash {
+    blake3::hash(format!("integrals {sampler} {settings:?} {samples} {seed}").as_bytes())
+}
+
+/// Seconds that one sample of one pixel takes, from a replicate of the first checkpoint.
+pub fn seconds_per_sample(sampler: SamplerKind, settings: &Convergence, seed: u64) -> f64 {
+    let (samples, [width, height]) = (settings.checkpoints.first().copied().unwrap_or(1), settings.size);
+    let start = Instant::now();
+    replicate(&Integral::all(), sampler, settings, samples, seed, 0);
+    let threads = rayon::current_num_threads() as f64;
+    start.elapsed().as_secs_f64() / (f64::from(width) * f64::from(height) * f64::from(samples) * threads)
 }
 
 /// Samples of all pixels of all replicates.

@@ -28,6 +28,9 @@ pub struct Manifest {
     pub renders: Vec<RenderRecord>,
     /// The machine.
     pub machine: Machine,
+    /// Where the replicates were rendered, shard by shard; empty for a run in one piece.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shards: Vec<Origin>,
     /// Start, in UTC, as `2026-01-31T12:00:00Z`.
     pub started: String,
     /// End, likewise.
@@ -36,6 +39,17 @@ pub struct Manifest {
     pub seconds: f64,
     /// Whether everything that was asked for is there; not so after Ctrl-C.
     pub complete: bool,
+}
+
+/// What rendered a shard, or made a plan.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Origin {
+    /// Version of the program and of its sources.
+    pub neumann: String,
+    /// The program.
+    pub program: Program,
+    /// The machine.
+    pub machine: Machine,
 }
 
 /// A scene in the manifest.
@@ -94,7 +108,7 @@ pub struct RenderRecord {
 }
 
 /// The program in the manifest.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Program {
     /// The compiler that built it.
     pub compiler: String,

@@ -1,13 +1,33 @@
 //! What `neumann run` says of its results on the console.
 
+use crate::choice::{ChosenRun, in_ranges};
+use crate::cli::print;
+use crate::error::Error;
+use crate::progress::Verbosity;
 use crate::report::errors;
-use crate::report::summary::Sentence;
-use crate::result::{AgreementRow, ExperimentResult, RatioRow, Verdict};
+use crate::report::summary::{Sentence, Tone};
+use crate::result::{AgreementRow, ChoiceRow, ExperimentResult, RatioRow, Verdict};
 use std::collections::BTreeMap;
 use std::path::Path;
 
+/// Says what was found.
+///
+/// # Errors
+/// If it cannot be printed.
+pub fn tell(result: &ExperimentResult, path: &Path, verbosity: Verbosity) -> Result<(), Error> {
+    let (judged, warnings): (Vec<_>, Vec<_>) =
+        judgements(result).into_iter().partition(|(_, sentence)| sentence.tone == Tone::Plain);
+    // Warnings are what no one asked to be quiet about.
+    eprint!("{}", differences(result));
+    warnings.iter().for_each(|(scene, sentence)| eprintln!("warning: {scene}: {}", sentence.text));
+    if verbosity == Verbosity::Normal {
+        print(&summary(result, &judged, path))?;
+    }
+    Ok(())
+}
+
 /// A line for every pair of methods that differ in an order.
-pub fn differences(result: &ExperimentResult) -> String {
+fn differences(result: &ExperimentResult) -> String {
     let line = |row: &AgreementRow| {
         format!(
             "warning: {} and {} differ in {}, order {}: {:.6e} and {:.6e}, {:.1} standard errors, {} of {} blocks\n",
@@ -26,7 +46,7 @@ pub fn differences(result: &ExperimentResult) -> String {
 }
 
 /// What is found of errors in each scene: against a reference, and of a target that was to be reached.
-pub fn judgements(result: &ExperimentResult) -> Vec<(&str, Sentence)> {
+fn judgements(result: &ExperimentResult) -> Vec<(&str, Sentence)> {
     let of_scene = |scene| {
         let methods: Vec<_> = result.of_scene(scene).collect();
         let sentences = errors::sentences(result, &methods).into_iter();
@@ -35,8 +55,7 @@ pub fn judgements(result: &ExperimentResult) -> Vec<(&str, Sentence)> {
     result.scenes().into_iter().flat_map(of_scene).collect()
 }
 
-/// What a run says at its end.
-pub fn summary(result: &ExperimentResult, judged: &[(&str, Sentence)], path: &Path) -> String {
+fn summary(result: &ExperimentResult, judged: &[(&str, Sentence)], path: &Path) -> String {
     let mut text = String::new();
     let tested =
         || result.agreement.iter().filter(|row| !matches!(row.verdict, Verdict::Biased | Verdict::Incomparable));
@@ -51,6 +70,7 @@ pub fn summary(result: &ExperimentResult, judged: &[(&str, Sentence)], path: &Pa
     for (scene, sentence) in judged {
         text += &format!("{scene}: {}\n", sentence.text);
     }
+    text += &compositions(&result.choices);
     text += &ratios(&result.ratios);
     text + &format!("{:.1} s; see {}\n", result.manifest.seconds, path.join("report.html").display())
 }
@@ -69,4 +89,18 @@ fn ratios(rows: &[RatioRow]) -> String {
         text += &format!(" · {order} {:.3} [{:.3}, {:.3}]", row.ratio, row.ci.0, row.ci.1);
     }
     if rows.is_empty() { text } else { text + "\n" }
+}
+
+/// A line for every composite: who does what, and what that has gained.
+fn compositions(rows: &[ChoiceRow]) -> String {
+    let line = |row: &ChoiceRow| {
+        let run = |run: &ChosenRun| format!("{} orders {}", run.run.method, in_ranges(&run.layers));
+        let runs: Vec<String> = row.choice.runs.iter().map(run).collect();
+        let gain = row.gain.as_ref().map_or(String::new(), |(best, gain)| {
+            let interval = gain.interval.map_or(String::new(), |(low, high)| format!(" [{low:.3}, {high:.3}]"));
+            format!("; efficiency over {best}: predicted {:.3}, measured {:.3}{interval}", row.choice.gain, gain.value)
+        });
+        format!("{}, {}: {}{gain}\n", row.scene, row.label, runs.join(", "))
+    };
+    rows.iter().map(line).collect()
 }

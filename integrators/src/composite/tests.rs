@@ -103,6 +103,7 @@ fn what_cannot_be_is_refused_with_the_mend() {
     assert!(told(json!([run("vcm", "0", 1.0)])).contains("vcm cannot be a part"));
     assert!(told(json!([run("mmlt", "0", 1.0)])).contains("chains"));
     assert!(told(json!([run("composite", "0", 1.0)])).contains("composites"));
+    assert!(told(json!("path:0-8")).contains("METHOD:ORDERS:SHARE"));
     let request = Request::new(Orders::up_to(2), true);
     let why = |runs: Value| composite(runs).unwrap().unsupported_request(&request);
     assert!(why(json!([])).unwrap().contains("no runs"));
@@ -119,4 +120,18 @@ fn light_that_a_run_loses_in_its_own_orders_is_named_and_no_other() {
     let missing = |runs: Value| composite(runs).unwrap().missing_light(&scene.facts);
     assert!(missing(json!([run("light", "0"), run("path", "1-3")])).is_empty());
     assert_eq!(missing(json!([run("light", "2"), run("path", "0-1,3")])).len(), 1);
+}
+
+#[test]
+fn runs_are_written_in_brief_and_read_again() {
+    let runs = json!([
+        {"method": "light", "orders": "0,3", "share": 0.25},
+        {"method": "path", "orders": "1-2", "tail": true, "share": 0.1},
+        {"method": "bdpt", "orders": "4-9", "share": 0.65},
+    ]);
+    let list: Vec<Run> = serde_json::from_value(runs.clone()).unwrap();
+    let brief = list.iter().map(Run::brief).collect::<Vec<_>>().join(";");
+    assert_eq!(brief, "light:0,3:0.25;path:1-2+tail:0.1;bdpt:4-9:0.65");
+    assert_eq!(composite(json!(brief)).unwrap().settings(), composite(runs).unwrap().settings());
+    assert!(composite(json!("path:+tail:1;bdpt:0-3:1")).is_ok());
 }

@@ -67,3 +67,37 @@ fn a_damaged_state_or_one_of_another_image_changes_nothing() {
         assert!(saved(&render) == state);
     }
 }
+
+#[test]
+fn replicates_rendered_apart_add_up_to_the_bits_of_one_render() {
+    const ALL: u32 = 19;
+    let scene = scene();
+    for name in ["path", "bdpt", "vcm"] {
+        let method = Methods::standard().build(name, &serde_json::json!({})).unwrap();
+        let new = || {
+            let bare = render(&scene, &*method, 2);
+            let request = bare.request.clone().with_fireflies();
+            Render::of_request(&scene, &*method, bare.settings.clone(), bare.window.clone(), request).unwrap()
+        };
+        let mut whole = new();
+        (0..ALL).for_each(|_| whole.run_replicate(&|_| {}));
+        // Groups in another order, the second one by two that share it.
+        let mut apart: Vec<Vec<u8>> = vec![Vec::new(); ALL as usize];
+        for range in [16..ALL, 8..11, 0..8, 11..16] {
+            let mut part = new();
+            if range.start % GROUP > 0 {
+                part.read_replicate(&mut apart[range.start as usize - 1].as_slice()).unwrap();
+            }
+            for number in range {
+                let seconds = part.run_apart(number, &|_| {});
+                part.write_replicate(seconds, &mut apart[number as usize]).unwrap();
+            }
+        }
+        let mut merged = new();
+        apart.iter().for_each(|bytes| merged.take_replicate(&mut bytes.as_slice()).unwrap());
+        assert!(told(merged) == told(whole), "{name}");
+        let mut other = render(&scene, &*method, 3);
+        assert!(other.take_replicate(&mut apart[0].as_slice()).is_err());
+        assert!(new().take_replicate(&mut &apart[0][..apart[0].len() - 1]).is_err());
+    }
+}

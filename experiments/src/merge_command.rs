@@ -1,0 +1,53 @@
+//! `neumann merge`: the results of an experiment whose shards have been rendered, with the bits of a run in one piece.
+
+use crate::cli::{MergeArgs, RunArgs};
+use crate::error::{Error, Status};
+use crate::output::Folder;
+use crate::plan::Plan;
+use crate::progress::{Verbosity, while_loading};
+use crate::shards::folder::Found;
+use crate::shards::{self, Foreign, ShardPlan, Shards};
+use crate::states::States;
+use crate::stop::Stop;
+use crate::{budget, manifest, run_command, runner};
+use integrators::Methods;
+use std::time::SystemTime;
+
+/// Writes the results of a plan's shards, or says what is wrong with them.
+///
+/// # Errors
+/// If there is no plan, or it is not this program's, or results cannot be written.
+pub fn merge(args: &MergeArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
+    let started = SystemTime::now();
+    let path = &args.dir;
+    let divided = ShardPlan::read(path)?;
+    let pool = budget::pool(args.threads)?;
+    let (threads, foreign) = (pool.current_num_threads(), Foreign::of_flag(args.allow_foreign));
+    shards::check_origin(&divided, threads, foreign)?;
+    let mut plan = while_loading(verbosity, || Plan::new(&divided.source(), divided.experiment()?, methods))?;
+    divided.check(&mut plan)?;
+    let mut folder = Folder::open(path)?;
+    run_command::former_results(path, &plan, false)?;
+    let shards = match pool.install(|| Shards::find(path, &divided, foreign))? {
+        Found::All(shards) => shards,
+        Found::Faults(faults, _) => {
+            eprintln!("error: the shards in {} cannot be merged\n{}", path.display(), faults.join("\n"));
+            return Ok(Status::Failed);
+        }
+    };
+    let origins = shards.origins.clone();
+    let mut states = States::of_shards(shards);
+    let mut outcome = pool.install(|| runner::run(&mut plan, &mut states, verbosity, stop))?;
+    if let Some(signal) = stop.signal() {
+        eprintln!("stopped early: nothing was written; the same command begins again");
+        return Ok(Status::Interrupted(signal));
+    }
+    let renders = std::mem::take(&mut outcome.renders);
+    let mut manifest = manifest::manifest(&plan, renders, threads, started, true);
+    manifest.shards = origins;
+    let result = run_command::compared(&plan, outcome, manifest)?;
+    run_command::write_all(&mut folder, &result)?;
+    run_command::tell(&result, path, verbosity)?;
+    let flags = RunArgs { allow_invalid: args.allow_invalid, ..RunArgs::default() };
+    Ok(run_command::status(&result, &flags, stop))
+}

@@ -1,0 +1,182 @@
+//! All shards of a plan, looked through; and what is wrong with those that cannot be merged.
+
+use super::file::{self, Contents, Place, read_place};
+use super::{FOLDER, Foreign, ShardPlan, difference};
+use crate::error::Error;
+use crate::result::Origin;
+use rayon::prelude::*;
+use std::collections::{BTreeMap, HashMap};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+/// Where each replicate of a plan lies.
+pub struct Shards {
+    files: Vec<PathBuf>,
+    /// By the hash of what a unit's numbers follow from, and replicate: file and place.
+    places: HashMap<(blake3::Hash, u32), (usize, Place)>,
+    /// Who rendered them, shard by shard.
+    pub origins: Vec<Origin>,
+}
+
+/// What was found in the folder of shards.
+pub enum Found {
+    /// All that is needed, and nothing else.
+    All(Shards),
+    /// What is not as it should be, a line each, with what to do about it; and the shards that have to be rendered.
+    Faults(Vec<String>, Vec<u32>),
+}
+
+impl Shards {
+    /// Looks through all shards of a plan in the current thread pool.
+    ///
+    /// # Errors
+    /// If the folder cannot be read.
+    pub fn find(folder: &Path, plan: &ShardPlan, foreign: Foreign) -> Result<Found, Error> {
+        let files = files(folder)?;
+        let scanned: Vec<io::Result<Contents>> = files.par_iter().map(|path| file::scan(path)).collect();
+        let mut survey = Survey { folder, plan, foreign, faults: Vec::new(), good: BTreeMap::new(), bad: Vec::new() };
+        for (path, contents) in files.into_iter().zip(scanned) {
+            survey.judge(path, contents);
+        }
+        Ok(survey.end())
+    }
+
+    /// Reads a replicate of the unit whose numbers follow from what has this hash.
+    ///
+    /// # Errors
+    /// If it cannot be read, or there is none.
+    pub fn read<T>(
+        &self,
+        (content, replicate): (&blake3::Hash, u32),
+        read: impl FnOnce(&mut dyn Read) -> io::Result<T>,
+    ) -> Result<T, Error> {
+        let Some((file, place)) = self.places.get(&(*content, replicate)) else {
+            return Err(Error::usage("the plan lacks what this experiment asks for; plan anew in another folder"));
+        };
+        let path = &self.files[*file];
+        read_place(path, place, read).map_err(|source| Error::Io {
+            action: "read",
+            path: path.clone(),
+            source,
+            mend: "remove it, and run its shard again",
+        })
+    }
+}
+
+/// The files that may be shards, in order.
+fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let folder = folder.join(FOLDER);
+    let entries = match std::fs::read_dir(&folder) {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(source) => {
+            return Err(Error::Io { action: "read", path: folder, source, mend: "let it be read" });
+        }
+        Ok(entries) => entries,
+    };
+    let paths = entries.flatten().map(|entry| entry.path());
+    let visible = |path: &PathBuf| !path.file_name().unwrap_or_default().to_string_lossy().starts_with('.');
+    let mut files: Vec<PathBuf> =
+        paths.filter(|path| path.extension().is_some_and(|e| e == "shard") && visible(path)).collect();
+    files.sort();
+    Ok(files)
+}
+
+/// A folder while it is looked through.
+struct Survey<'a> {
+    folder: &'a Path,
+    plan: &'a ShardPlan,
+    foreign: Foreign,
+    faults: Vec<String>,
+    good: BTreeMap<u32, (PathBuf, Contents)>,
+    /// Shards of which something was said already.
+    bad: Vec<u32>,
+}
+
+impl Survey<'_> {
+    fn judge(&mut self, path: PathBuf, contents: io::Result<Contents>) {
+        let (plan, told) = (self.plan, path.display().to_string());
+        let remove = format!("remove it: rm {}", super::plan::quoted(&told));
+        let contents = match contents {
+            Ok(contents) => contents,
+            Err(e) => {
+                let number = (1..=plan.count()).find(|&shard| plan.file(self.folder, shard) == path);
+                let mend = number.map_or(remove, |shard| self.again(shard));
+                return self.faults.push(format!("corrupt: {told} ({}); {mend}", reason(&e)));
+            }
+        };
+        let shard = contents.head.shard;
+        let ours = contents.head.plan.to_hex().as_str() == plan.hash && (1..=plan.count()).contains(&shard);
+        if !ours {
+            return self.faults.push(format!("foreign: {told} is of another plan; {remove}"));
+        }
+        if let Some(fault) = self.fault(&contents) {
+            let mend = self.again(shard);
+            return self.faults.push(format!("corrupt: {told} ({fault}); {mend}"));
+        }
+        if let Some(difference) = difference(&plan.origin, &contents.head.origin, self.foreign) {
+            let mend = self.again(shard);
+            let accept = format!("accept other bits by neumann merge {} --allow-foreign, or", self.quoted_folder());
+            return self
+                .faults
+                .push(format!("foreign: {told} was rendered by {difference}; {accept} remove it and {mend}"));
+        }
+        if let Some((first, _)) = self.good.get(&shard) {
+            let (first, shard) = (first.display(), contents.head.shard);
+            return self.faults.push(format!("duplicate: {told} is shard {shard} like {first}; {remove}"));
+        }
+        self.good.insert(shard, (path, contents));
+    }
+
+    /// What a shard lacks, or has too much.
+    fn fault(&self, contents: &Contents) -> Option<String> {
+        contents.fault.clone().or_else(|| {
+            let held = contents.places.iter().map(|place| (place.unit, place.replicate));
+            let wanted = self.plan.contents(contents.head.shard);
+            (!held.eq(wanted)).then(|| "it holds other replicates than the plan says".to_owned())
+        })
+    }
+
+    /// The command that renders a shard again, of which it is known then that it has to be.
+    fn again(&mut self, shard: u32) -> String {
+        self.bad.push(shard);
+        format!("run {}", self.plan.command(self.folder, shard))
+    }
+
+    fn quoted_folder(&self) -> String {
+        super::plan::quoted(&self.folder.to_string_lossy())
+    }
+
+    fn end(mut self) -> Found {
+        for shard in 1..=self.plan.count() {
+            if !self.good.contains_key(&shard) && !self.bad.contains(&shard) {
+                let mend = self.again(shard);
+                self.faults.push(format!("missing: shard {shard}; {mend}"));
+            }
+        }
+        if !self.faults.is_empty() {
+            self.bad.sort_unstable();
+            self.bad.dedup();
+            return Found::Faults(self.faults, self.bad);
+        }
+        let mut shards = Shards { files: Vec::new(), places: HashMap::new(), origins: Vec::new() };
+        let units: Vec<Option<blake3::Hash>> =
+            self.plan.units.iter().map(|unit| blake3::Hash::from_hex(&unit.content).ok()).collect();
+        for (path, contents) in self.good.into_values() {
+            for place in contents.places {
+                if let Some(Some(content)) = units.get(place.unit as usize) {
+                    shards.places.insert((*content, place.replicate), (shards.files.len(), place));
+                }
+            }
+            shards.files.push(path);
+            shards.origins.push(contents.head.origin);
+        }
+        Found::All(shards)
+    }
+}
+
+fn reason(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::UnexpectedEof => "it ends too early".to_owned(),
+        _ => error.to_string(),
+    }
+}
