@@ -10,6 +10,8 @@
 //! |---|---|
 //! | `mean` | image mean \[W/(m²·sr)\] |
 //! | `variance` | image mean of the variance of one sample: that of a replicate times its samples |
+//! | `gain`, `gain_predicted` | efficiency of a composite on the sum of all orders over that of the best other method, measured and as its pilots predicted |
+//! | `chosen:METHOD` | a composite leaves the row's order to this method, which takes this part of its time |
 //! | `covariance:J` | image mean of the covariance of one sample between this row's order and order J ≥ it |
 //! | `efficiency` | 1 / (variance of a replicate · its seconds) |
 //! | `mse`, `bias2`, `relmse`, `smape`, `flip` | against the scene's reference: errors of a replicate, and what of `mse` no samples remove |
@@ -119,6 +121,7 @@ pub fn write_records(folder: &Path, result: &ExperimentResult) -> Result<(), Err
         table.add_covariances(&blank, method);
         table.add_judged(&blank, method, result);
         table.add_marginal(&blank, method);
+        table.add_choices(&blank, method, result);
         table.add_counters(&blank, method);
         table.add_convergence(&blank, method, result);
         table.add_ratios(&blank, method, result);

@@ -1,6 +1,7 @@
 //! `neumann render`: one scene, one method, one image with all its orders.
 
 use crate::budget::{self, Budget};
+use crate::choice::Choice;
 use crate::cli::{ImageArgs, MaxOrder, RenderArgs, print};
 use crate::error::{Error, Status};
 use crate::export::exr::{ImageMeta, write_measurement};
@@ -15,6 +16,7 @@ use crate::statistics_file::{Context, Seconds, Statistics};
 use crate::stop::Stop;
 use crate::subject::{DEFAULT_SPP, Subject};
 use crate::truncation::{DEFAULT_PART, Truncation};
+use integrators::composite::{self, Composite};
 use integrators::render::{self, check_window};
 use integrators::{Integrator, Measurement, Methods, Orders, PartSettings, Render, RenderSettings, Window};
 use scenes::Scene;
@@ -28,6 +30,14 @@ use std::time::Instant;
 pub fn render(args: &RenderArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
     let mut job = while_loading(verbosity, || Job::prepare(args, methods))?;
     let pool = budget::pool(args.threads)?;
+    if job.is_open() {
+        if args.image.max_order == Some(MaxOrder::Auto) {
+            let message =
+                "a composite's methods are chosen for known orders; name the last one in place of --max-order auto";
+            return Err(Error::usage(message));
+        }
+        pool.install(|| job.compose(args.seconds, methods, stop))?;
+    }
     if args.image.max_order == Some(MaxOrder::Auto) {
         let allowed = args.image.tail.flatten().unwrap_or(DEFAULT_PART);
         pool.install(|| job.truncate(allowed, stop))?;
@@ -67,6 +77,8 @@ struct Job {
     /// What the image is taken apart into.
     parts: PartSettings,
     budget: Budget,
+    /// How the runs of its composite were chosen, if they were.
+    choice: Option<Choice>,
     /// How the last order was chosen, if it was.
     truncation: Option<Truncation>,
     output: PathBuf,
@@ -86,8 +98,24 @@ impl Job {
         let window = args.crop.clone().unwrap_or_else(|| Window::of(&scene));
         check_window(&scene, &window)?;
         let parts = parts::settings(args.layers, &args.lpe)?;
-        let truncation = None;
-        Ok(Self { scene, window, method, settings, parts, budget, truncation, output, seconds })
+        let (choice, truncation) = (None, None);
+        Ok(Self { scene, window, method, settings, parts, budget, choice, truncation, output, seconds })
+    }
+
+    /// Whether it is by a composite without runs.
+    fn is_open(&self) -> bool {
+        self.method.name() == composite::NAME && Composite::is_open(&self.method.settings())
+    }
+
+    /// Chooses the runs of its composite.
+    fn compose(&mut self, seconds: Option<f64>, methods: &Methods, stop: &Stop) -> Result<(), Error> {
+        let samples = self.budget.known_samples().map(|samples| f64::from(samples * self.budget.replicates));
+        let takes = |sample: f64| seconds.unwrap_or_else(|| samples.unwrap_or_default() * sample);
+        let choice = Choice::new(&mut self.scene, methods, &self.settings, &takes, stop)?;
+        self.method = choice.composite(methods)?;
+        self.settings.instance = budget::instance(&*self.method, self.settings.sampler);
+        self.choice = Some(choice);
+        Ok(())
     }
 
     /// Takes as many orders as it needs to leave out no more than this part of the image.
@@ -171,6 +199,9 @@ impl Job {
             m.replicates,
             m.seconds()
         );
+        if let Some(choice) = &self.choice {
+            text += &format!("  {}\n", choice.in_words());
+        }
         if let Some(truncation) = &self.truncation {
             text += &format!("  {}\n", truncation.in_words());
         }

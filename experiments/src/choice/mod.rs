@@ -59,6 +59,18 @@ pub struct ChosenRun {
 }
 
 impl Choice {
+    /// Who does what, and how the same is had again.
+    pub fn in_words(&self) -> String {
+        let run = |run: &ChosenRun| format!("{} orders {}", run.run.method, in_ranges(&run.layers));
+        let runs: Vec<String> = self.runs.iter().map(run).collect();
+        let brief: Vec<String> = self.runs.iter().map(|run| run.run.brief()).collect();
+        let gain = match self.single.as_str() {
+            "" => String::new(),
+            single => format!("; predicted efficiency over {single}: {:.3}", self.gain),
+        };
+        format!("{}{gain}; the same runs again: --set 'runs={}'", runs.join(", "), brief.join(";"))
+    }
+
     /// The composite.
     ///
     /// # Errors
@@ -94,8 +106,8 @@ impl Choice {
 }
 
 /// The methods that take part, and sentences about the others.
-fn entrants(scene: &Scene, methods: &Methods) -> Result<(Vec<Box<dyn Integrator>>, Vec<String>), Error> {
-    let (mut part, mut left_out) = (Vec::new(), Vec::new());
+fn entrants(scene: &Scene, methods: &Methods, left_out: &mut Vec<String>) -> Result<Vec<Box<dyn Integrator>>, Error> {
+    let mut part = Vec::new();
     for name in TAKE_PART {
         let method = methods.build(name, &Value::Null)?;
         match method.unsupported(scene) {
@@ -103,7 +115,7 @@ fn entrants(scene: &Scene, methods: &Methods) -> Result<(Vec<Box<dyn Integrator>
             None => part.push(method),
         }
     }
-    Ok((part, left_out))
+    Ok(part)
 }
 
 fn choose(
@@ -114,7 +126,8 @@ fn choose(
     stop: &Stop,
 ) -> Result<Choice, Error> {
     let layers = Request::new(settings.orders.clone(), settings.tail).layers().to_vec();
-    let (part, mut left_out) = entrants(scene, methods)?;
+    let mut left_out = Vec::new();
+    let part = entrants(scene, methods, &mut left_out)?;
     let mut entries: Vec<Entry> = part.iter().map(|method| Entry::new(scene, &**method, settings, &layers)).collect();
     entries.retain(|entry| entry.carries.contains(&true));
     for entry in &entries {
@@ -206,35 +219,52 @@ fn confirm(
         busy.iter().try_for_each(|&m| alone(&of(m)))?;
     }
     take_turns(&mut pilots, stop)?;
+    let pilot_seconds = pilots.iter().map(Pilot::total).sum();
     let found: Vec<(f64, f64)> = pilots.iter().map(|pilot| (pilot.variance(), pilot.seconds())).collect();
     let shares = search::shares(&found[..runs]);
     let time: f64 = found.iter().zip(&shares).map(|((_, seconds), share)| seconds * share).sum();
     let own = found.get(runs).map_or(f64::NAN, |(variance, seconds)| variance * seconds);
     let chosen = busy.iter().enumerate().map(|(i, &m)| {
         let layers = of(m);
-        let orders: Vec<String> =
-            layers.iter().filter(|layer| **layer != Layer::Tail).map(|layer| layer.label()).collect();
         ChosenRun {
-            run: Run {
-                method: entries[m].method.name().to_owned(),
-                settings: serde_json::Map::new(),
-                orders: orders.join(","),
-                tail: layers.contains(&Layer::Tail),
-                share: shares[i],
-            },
+            run: run_of(&entries[m], &layers, shares[i]),
             layers: layers.iter().map(|layer| layer.label()).collect(),
             time: found[i].1 * shares[i] / time,
             variance: found[i].0 / shares[i],
             single: found.get(runs + 1 + i).map_or(f64::NAN, |(variance, _)| *variance),
         }
     });
-    Ok(Choice {
+    let choice = Choice {
         runs: chosen.collect(),
         single: single.map_or(String::new(), |m| entries[m].method.name().to_owned()),
         gain: own / search::product(&found[..runs], &shares),
         left_out: Vec::new(),
-        pilot_seconds: pilots.iter().map(|pilot| pilot.seconds() * f64::from(samples * REPLICATES)).sum(),
-    })
+        pilot_seconds,
+    };
+    // Nothing is won by a division that the second pilot finds worse.
+    match single.filter(|_| choice.gain < 1.0) {
+        Some(single) => {
+            Ok(Choice { gain: 1.0, runs: vec![alone_run(&entries[single], layers, found[runs].0)], ..choice })
+        }
+        None => Ok(choice),
+    }
+}
+
+/// The best method by itself, where no division is better.
+fn alone_run(entry: &Entry, layers: &[Layer], variance: f64) -> ChosenRun {
+    let run = run_of(entry, layers, 1.0);
+    ChosenRun { run, layers: layers.iter().map(|l| l.label()).collect(), time: 1.0, variance, single: variance }
+}
+
+fn run_of(entry: &Entry, layers: &[Layer], share: f64) -> Run {
+    let orders: Vec<String> = layers.iter().filter(|layer| **layer != Layer::Tail).map(|layer| layer.label()).collect();
+    Run {
+        method: entry.method.name().to_owned(),
+        settings: serde_json::Map::new(),
+        orders: orders.join(","),
+        tail: layers.contains(&Layer::Tail),
+        share,
+    }
 }
 
 /// Labels of orders as a list of ranges: `0, 2 to 4, tail`.

@@ -2,7 +2,7 @@
 
 use super::search::{Candidate, Cost};
 use crate::error::Error;
-use crate::path_class::{carries, missing};
+use crate::path_class::{carries, largest_hit, missing};
 use crate::statistics::covariances::Covariances;
 use crate::statistics::positive;
 use crate::stop::Stop;
@@ -17,6 +17,8 @@ pub const REPLICATES: u32 = 8;
 const COUNTED: u32 = 2;
 /// By how many standard errors of both a mean must lie below another for the method to lack light.
 const LACKS: f64 = 4.0;
+/// By how many of the other's alone for it to have missed what it meets by chance.
+const MISSES: f64 = 2.0;
 
 /// A method that may take part.
 pub struct Entry<'m> {
@@ -99,6 +101,11 @@ impl<'a> Pilot<'a> {
         self.render.seconds() / f64::from(self.render.replicates()) / self.samples
     }
 
+    /// Seconds so far.
+    pub fn total(&self) -> f64 {
+        self.render.seconds()
+    }
+
     /// The variance of one sample of all layers' sum, image and channel mean.
     pub fn variance(&self) -> f64 {
         let squares = self.covariances.squares_of_sum();
@@ -133,17 +140,23 @@ pub fn candidates(
         let known = layers.iter().zip(&entry.carries).map(|(layer, carries)| of(layer).filter(|_| *carries));
         seen.push(known.collect());
     }
-    let lacks = |m: usize, k: usize| {
-        let Some((mean, error)) = seen[m][k] else { return true };
-        let brighter = |other: &Option<(f64, f64)>| {
-            other.is_some_and(|(other, of_other)| mean + LACKS * error < other - LACKS * of_other)
-        };
-        seen.iter().any(|other| brighter(&other[k]))
+    // By how much a method's mean lies below what the others have found at least.
+    let deficit = |m: usize, k: usize, errors: f64| {
+        let (mean, error) = seen[m][k]?;
+        let least = seen.iter().filter_map(|other| other[k]).map(|(other, of_other)| other - errors * of_other);
+        Some((least.fold(f64::NEG_INFINITY, f64::max) - mean, error))
     };
+    let lacks = |m: usize, k: usize| deficit(m, k, LACKS).is_none_or(|(deficit, error)| deficit > LACKS * error);
     let mut candidates = Vec::new();
     for (m, (entry, pilot)) in entries.iter().zip(pilots).enumerate() {
         let carries = (0..layers.len()).map(|k| !lacks(m, k)).collect();
-        let covariance = covariance(pilot, layers);
+        let mut covariance = covariance(pilot, layers);
+        for (k, &layer) in layers.iter().enumerate() {
+            // Light that is met by chance alone comes in pieces as bright as the emitter: what is missing yet will bring as much variance.
+            let hit = largest_hit(entry.method, scene, layer).iter().sum::<f64>() / 3.0;
+            let missing = deficit(m, k, MISSES).map_or(0.0, |(deficit, _)| deficit.max(0.0));
+            covariance[k * (layers.len() + 1)] += hit * missing;
+        }
         let cost = cost(scene, entry, layers, stop)?;
         let own: Vec<usize> = (0..layers.len()).filter(|&k| entry.carries[k]).collect();
         let work = cost.of(&own);

@@ -2,7 +2,7 @@
 
 use super::{Record, Table, order_name};
 use crate::config::Metric;
-use crate::result::{ExperimentResult, MethodResult, Target};
+use crate::result::{ChoiceRow, ExperimentResult, MethodResult, Target};
 use crate::statistics::Estimate;
 use integrators::Layer;
 
@@ -60,6 +60,23 @@ impl Table {
             self.add_estimate(Record { quantity: "marginal_seconds", ..row.clone() }, &cost.seconds);
             if let Some(efficiency) = &cost.efficiency {
                 self.add_estimate(Record { quantity: "marginal_efficiency", ..row }, efficiency);
+            }
+        }
+    }
+
+    /// How a composite was chosen, and what it has gained.
+    pub(super) fn add_choices(&mut self, blank: &Record, method: &MethodResult, result: &ExperimentResult) {
+        let own = |row: &&ChoiceRow| row.scene == method.scene && row.label == method.label;
+        let Some(row) = result.choices.iter().find(own) else { return };
+        let total = Record { order: order_name(None), ..blank.clone() };
+        self.add(Record { quantity: "gain_predicted", value: row.choice.gain, ..total.clone() });
+        if let Some((_, gain)) = &row.gain {
+            self.add_estimate(Record { quantity: "gain", ..total }, gain);
+        }
+        for run in &row.choice.runs {
+            let quantity = format!("chosen:{}", run.run.method);
+            for order in &run.layers {
+                self.add(Record { order: order.clone(), quantity: &quantity, value: run.time, ..blank.clone() });
             }
         }
     }

@@ -6,6 +6,7 @@
 //! and a missing number doesn't compile.
 
 pub mod agreement;
+pub mod choices;
 pub mod errors;
 pub mod fireflies;
 pub mod images;

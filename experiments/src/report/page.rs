@@ -2,12 +2,12 @@
 
 use super::samplers::{self, Integrals};
 use super::summary::{self, Sentence, Tone};
-use super::{SceneReport, agreement, errors, fireflies, images, screens, tables};
+use super::{SceneReport, agreement, choices, errors, fireflies, images, screens, tables};
 use crate::export::markup::Markup;
 use crate::export::notation::brief;
 use crate::fireflies::FireflyRecord;
 use crate::plot::{Figure, points};
-use crate::result::{AgreementRow, ExperimentResult, MethodResult, RatioRow, SequenceRow, SlopeRow};
+use crate::result::{AgreementRow, ChoiceRow, ExperimentResult, MethodResult, RatioRow, SequenceRow, SlopeRow};
 
 /// Nothing may be loaded, and no script may run: the page is whole as it is.
 const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
@@ -131,6 +131,12 @@ fn scene_section(m: &mut Markup, result: &ExperimentResult, scene: &SceneReport,
                 "Shown at 1/{shrink} of their size; plots/ has them whole, and the EXR files hold all their values."
             );
             m.line("p", &[("class", &"note")], text);
+        }
+
+        let choices: Vec<&ChoiceRow> = result.choices.iter().filter(|row| row.scene == scene.name).collect();
+        if !choices.is_empty() {
+            m.line("h3", &[], "The best method for every order");
+            choices::tables(m, &choices);
         }
 
         m.line("h3", &[], "Variance and efficiency");

@@ -1,8 +1,8 @@
 //! What an experiment says, in sentences: which method wins which order and by how much, whether methods agree, what light
 //! each of them misses, and what else a reader must know before believing a number.
 
-use super::errors;
 use super::numbers::{Numbers, factor, percent};
+use super::{choices, errors};
 use crate::export::notation::{brief, enumerated, listed, symbol};
 use crate::plot::two_digits;
 use crate::result::{AgreementRow, ExperimentResult, MethodResult, RatioRow, SlopeRow, Verdict};
@@ -47,6 +47,8 @@ pub fn of_scene(result: &ExperimentResult, methods: &[&MethodResult], numbers: &
     let slopes: Vec<&SlopeRow> = result.slopes.iter().filter(|r| r.scene == scene).collect();
     let mut sentences = invalid(methods);
     sentences.extend(methods.iter().filter_map(|method| tails(method)));
+    let composites: Vec<_> = result.choices.iter().filter(|row| row.scene == scene).collect();
+    sentences.extend(choices::sentences(&composites));
     sentences.extend(efficiency(methods, numbers).into_iter().map(plain));
     sentences.extend(agreement(&rows));
     sentences.extend(errors::sentences(result, methods));

@@ -1,0 +1,61 @@
+//! What a report says of composites: which method does which orders, why, and what that has gained.
+
+use super::numbers::{percent, short};
+use super::summary::{Sentence, plain};
+use super::tables::{head, number_cell, scrolling};
+use crate::choice::in_ranges;
+use crate::export::markup::Markup;
+use crate::export::notation::brief;
+use crate::plot::two_digits;
+use crate::result::ChoiceRow;
+
+/// The sentences about a scene's composites.
+pub fn sentences(rows: &[&ChoiceRow]) -> Vec<Sentence> {
+    let mut sentences = Vec::new();
+    for row in rows {
+        if let Some((best, gain)) = &row.gain {
+            let interval = gain.interval.map_or(String::new(), |(low, high)| {
+                format!(", with 95 % between {} and {}", two_digits(low), two_digits(high))
+            });
+            sentences.push(plain(format!(
+                "{} has {} times the efficiency of {} on the sum of all orders{interval}; its pilots, which took {} s and are not counted, \
+                 predicted {}.",
+                brief(&row.label),
+                two_digits(gain.value),
+                brief(best),
+                two_digits(row.choice.pilot_seconds),
+                two_digits(row.choice.gain)
+            )));
+        }
+        sentences.extend(row.choice.left_out.iter().map(|why| plain(format!("{}: {why}.", brief(&row.label)))));
+    }
+    sentences
+}
+
+/// A table for each composite.
+pub fn tables(m: &mut Markup, rows: &[&ChoiceRow]) {
+    for row in rows {
+        let caption = format!(
+            "{}: who does which orders. Variances are those of the orders' sum, of one of the composite's samples and of one of {}'s, image mean",
+            brief(&row.label),
+            if row.choice.single.is_empty() { "no other method" } else { &row.choice.single }
+        );
+        scrolling(m, &caption, |m| {
+            m.line("caption", &[], &caption);
+            let columns = ["samples", "time", "variance predicted", "measured", "of the best alone"];
+            head(m, "orders", "number", ["method"].iter().chain(&columns));
+            m.element("tbody", &[], |m| {
+                for (run, &measured) in row.choice.runs.iter().zip(&row.variances) {
+                    let all: f64 = row.choice.runs.iter().map(|run| run.run.share).sum();
+                    m.element("tr", &[], |m| {
+                        m.line("th", &[("scope", &"row")], in_ranges(&run.layers));
+                        m.line("td", &[], &run.run.method);
+                        number_cell(m, run.run.share, percent(run.run.share / all));
+                        number_cell(m, run.time, percent(run.time));
+                        [run.variance, measured, run.single].into_iter().for_each(|v| number_cell(m, v, short(v)));
+                    });
+                }
+            });
+        });
+    }
+}
