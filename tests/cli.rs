@@ -8,6 +8,7 @@ use tempfile::TempDir;
 
 mod bad_input;
 mod bench;
+mod composite;
 mod decompositions;
 #[cfg(target_os = "linux")]
 mod durable;
