@@ -28,11 +28,12 @@ fn any_runs_have_the_means_of_one_method() {
     }
 }
 
-/// Where `light` loses what mirrors and glass show, it gets order 0 alone.
+/// Where `light` loses what mirrors and glass show, it gets order 0 alone. Above order 4 both are too noisy to say anything, as they are for
+/// the law of agreement.
 #[test]
 fn light_that_only_some_methods_carry_is_all_there() {
     let runs = [("light", "0", 1.0), ("bdpt", "2-8", 3.0), ("path", "1", 1.0)];
-    let entries = [composite(&runs, 128), Entry::new("bdpt", 96).without_roulette()];
+    let entries = [composite(&runs, 128).up_to(4), Entry::new("bdpt", 96).without_roulette()];
     agree("composite on glass_caustic", &builtin("glass_caustic", SIZE), 8, &entries, 0.3);
 }
 

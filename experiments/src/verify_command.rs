@@ -17,7 +17,7 @@ use crate::stop::Stop;
 use crate::stress::{self, Amount, Stressed};
 use crate::subject::small_size;
 use crate::{budget, runner};
-use integrators::Methods;
+use integrators::{Methods, composite};
 use scenes::{LoadOptions, Skip};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -141,7 +141,8 @@ fn stressed(
 fn plan(scene: &str, args: &VerifyArgs, methods: &Methods) -> Result<(Plan, Vec<String>), Error> {
     let loaded = scenes::load(scene, &LoadOptions { size: None, skip: Skip::Unneeded })?;
     let (mut able, mut left_out) = (Vec::new(), Vec::new());
-    for name in methods.names() {
+    // A composite has nothing but its parts, which are here themselves.
+    for name in methods.names().into_iter().filter(|name| *name != composite::NAME) {
         match methods.build(name, &serde_json::Value::Null)?.unsupported(&loaded) {
             None => able.push(MethodEntry { name: name.to_owned(), label: None, settings: toml::Table::new() }),
             Some(reason) => left_out.push(format!("{name}: {reason}")),

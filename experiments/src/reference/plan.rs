@@ -101,7 +101,7 @@ fn pooled_methods(
         add(EXACT, EXACT, &serde_json::json!({}))?;
     }
     if asked.methods.is_empty() {
-        for planned in methods {
+        for planned in methods.iter().filter(|planned| !planned.is_open()) {
             add(&planned.entry, planned.method.name(), &planned.method.settings())?;
         }
     }
