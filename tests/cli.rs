@@ -21,6 +21,8 @@ mod series;
 #[cfg(target_os = "linux")]
 mod shards;
 mod signals;
+#[cfg(target_os = "linux")]
+mod submit;
 
 fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_neumann"));

@@ -2,13 +2,15 @@
 
 mod args;
 mod parse;
+mod shard_args;
 
 pub use args::{
     BenchArgs, BenchKind, BsdfArgs, ChangeArgs, ConvertArgs, DiffArgs, ImageArgs, ListArgs, ListKind, LpeArgs,
-    MergeArgs, MeterArgs, PlanArgs, RelightArgs, RenderArgs, ReplayArgs, RunArgs, SceneArgs, SpectrumArgs, VerifyArgs,
+    MeterArgs, RelightArgs, RenderArgs, ReplayArgs, RunArgs, SceneArgs, SpectrumArgs, VerifyArgs,
 };
 
 pub use parse::MaxOrder;
+pub use shard_args::{MergeArgs, PlanArgs, SubmitArgs};
 
 use crate::error::{BAD_INPUT, Error, Status};
 use crate::machine::VERSION;
@@ -16,7 +18,8 @@ use crate::progress::Verbosity;
 use crate::stop::Stop;
 use crate::{
     bench, bsdf, convert_command, diff_command, list_command, lpe_command, merge_command, meter_command, plan_command,
-    relight_command, render_command, replay_command, run_command, scene_command, spectrum_command, verify_command,
+    relight_command, render_command, replay_command, run_command, scene_command, spectrum_command, submit_command,
+    verify_command,
 };
 use clap::{Parser, Subcommand};
 use integrators::Methods;
@@ -46,6 +49,8 @@ pub enum Command {
     Plan(PlanArgs),
     /// Make the results of an experiment from its shards.
     Merge(MergeArgs),
+    /// Write what Slurm, GNU parallel, Snakemake or Kubernetes needs to run the shards that are missing, and the merge.
+    Submit(SubmitArgs),
     /// Render one scene with one method.
     Render(RenderArgs),
     /// Trace one sample of an image again, and print its paths vertex by vertex.
@@ -102,6 +107,7 @@ fn execute(cli: &Cli, methods: &Methods) -> Result<Status, Error> {
         Command::Run(args) => run_command::run(args, methods, verbosity, &signals()?),
         Command::Plan(args) => plan_command::plan(args, methods, verbosity, &signals()?),
         Command::Merge(args) => merge_command::merge(args, methods, verbosity, &signals()?),
+        Command::Submit(args) => submit_command::submit(args, methods, verbosity, &signals()?),
         Command::Render(args) => render_command::render(args, methods, verbosity, &signals()?),
         Command::Replay(args) => replay_command::replay(args, methods, verbosity),
         Command::Verify(args) => verify_command::verify(args, methods, verbosity, &signals()?),

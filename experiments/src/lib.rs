@@ -5,7 +5,7 @@
 //! - [`cli`]: the command line; [`error`]: what can go wrong, and how the program ends; [`settings`]: `--set key=value`;
 //! - one file a command: [`run_command`], [`render_command`], [`replay_command`], [`verify_command`],
 //!   [`scene_command`], [`convert_command`], [`diff_command`], [`list_command`],
-//!   [`lpe_command`], [`plan_command`], [`shard_command`], [`merge_command`], [`mod@bsdf`], [`mod@bench`];
+//!   [`lpe_command`], [`plan_command`], [`shard_command`], [`merge_command`], [`submit_command`], [`mod@bsdf`], [`mod@bench`];
 //! - [`config`]: experiments; [`source`]: their files; [`plan`]: an experiment made ready and checked; [`runner`]: methods interleaved, replicate
 //!   by replicate; [`job`]: one of them at work; [`observations`]: what is noted of its replicates; [`mod@reference`]: what they are judged by; [`states`]: what has been rendered so far, on the disk; [`shards`]: an experiment in parts, for many machines; [`budget`]: samples, seconds,
 //!   threads; [`subject`]: a scene and a method, ready for one image; [`result`]: what an experiment leaves behind;
@@ -71,5 +71,6 @@ pub mod statistics_file;
 pub mod stop;
 pub mod stress;
 pub mod subject;
+pub mod submit_command;
 pub mod truncation;
 pub mod verify_command;

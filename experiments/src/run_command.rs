@@ -19,7 +19,7 @@ use crate::states::States;
 use crate::stop::Stop;
 use crate::{
     agreement, budget, choice, convergence, fireflies, manifest, output, ratio, record, reference, report, runner,
-    settings, shard_command, shards, states,
+    settings, shard_command, shards, states, submit_command,
 };
 use integrators::{Methods, Part};
 use std::path::{Path, PathBuf};
@@ -196,7 +196,7 @@ pub(crate) fn former_results(path: &Path, plan: &Plan, fresh: bool) -> Result<Op
         let name = entry.file_name();
         name.to_string_lossy().starts_with(output::HIDDEN)
             || (states && name == states::FOLDER)
-            || [shards::FOLDER, shards::plan::FILE].iter().any(|ours| name == *ours)
+            || [shards::FOLDER, shards::plan::FILE, submit_command::FOLDER].iter().any(|ours| name == *ours)
     };
     let foreign = || std::fs::read_dir(path).is_ok_and(|entries| entries.flatten().any(|entry| !is_ours(&entry)));
     if former.is_none() && foreign() {

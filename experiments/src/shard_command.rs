@@ -35,10 +35,7 @@ pub fn run(
     if args.changes != ChangeArgs::default() {
         return Err(Error::usage("a shard is of its plan's experiment; give flags that change it to `neumann plan`"));
     }
-    if source.text() != divided.text {
-        let message = "it is not what the plan was made of; undo that, or plan anew in another folder or with --fresh";
-        return Err(source.blame("", message.to_owned()));
-    }
+    divided.check_source(&source)?;
     let pool = budget::pool(args.threads)?;
     let threads = pool.current_num_threads();
     shards::check_origin(&divided, threads, Foreign::of_flag(args.allow_foreign))?;

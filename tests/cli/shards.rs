@@ -14,7 +14,7 @@ const ALL: &str = "scenes = [\"cornell_box\", \"furnace\"]\nspp = 40\nreplicates
     [convergence]\nsize = [8, 8]\ncheckpoints = [1, 4]\nreplicates = 32\n\
     [integrals]\nsize = [2, 2]\ncheckpoints = [4, 16]\nreplicates = 32\n";
 /// A plain one.
-const PLAIN: &str = "scenes = [\"cornell_box\"]\nspp = 34\nreplicates = 17\nmax_order = 2\nsize = [12, 10]\n\
+pub const PLAIN: &str = "scenes = [\"cornell_box\"]\nspp = 34\nreplicates = 17\nmax_order = 2\nsize = [12, 10]\n\
     [[methods]]\nname = \"path\"\n[[methods]]\nname = \"bdpt\"\n";
 
 fn plan(folder: &Path, shards: u32, out: &str) {
@@ -25,7 +25,7 @@ fn shard<'a>(out: &'a str, which: &'a str) -> [&'a str; 7] {
     ["run", "e.toml", "--quiet", "--out", out, "--shard", which]
 }
 
-fn render(folder: &Path, out: &str, shards: impl IntoIterator<Item = u32>, of: u32) {
+pub fn render(folder: &Path, out: &str, shards: impl IntoIterator<Item = u32>, of: u32) {
     shards.into_iter().for_each(|i| drop(succeed(folder, &shard(out, &format!("{i}/{of}")))));
 }
 
@@ -36,7 +36,7 @@ fn results(folder: &Path) -> Vec<(String, Vec<u8>)> {
     found
 }
 
-fn assert_same(serial: &Path, merged: &Path) {
+pub fn assert_same(serial: &Path, merged: &Path) {
     let [expected, found] = [serial, merged].map(results);
     let names = |of: &[(String, Vec<u8>)]| of.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
     assert_eq!(names(&expected), names(&found));
@@ -53,7 +53,7 @@ fn files_of(folder: &Path, out: &str) -> Vec<PathBuf> {
 }
 
 /// What a command that ends with this status says of what is wrong: one error.
-fn fails(folder: &Path, arguments: &[&str], status: i32, words: &[&str]) -> String {
+pub fn fails(folder: &Path, arguments: &[&str], status: i32, words: &[&str]) -> String {
     let output = neumann(folder, arguments);
     let message = text(&output.stderr);
     assert_eq!((output.status.code(), message.matches("error:").count()), (Some(status), 1), "{message}");
@@ -112,11 +112,12 @@ fn as_many_shards_as_there_are_groups_and_no_more() {
 
 #[test]
 fn a_shard_that_is_killed_again_and_again_goes_on() {
-    let folder = folder_with(&[("e.toml", &PLAIN.replace("spp = 34", "spp = 3400"))]);
+    let folder = folder_with(&[("e.toml", &PLAIN.replace("spp = 34", "spp = 13600"))]);
     succeed(folder.path(), &["run", "e.toml", "--quiet", "--out", "serial"]);
     plan(folder.path(), 2, "p");
     let grown = || files_of(folder.path(), "p").iter().map(|path| std::fs::metadata(path).unwrap().len()).sum::<u64>();
-    let mut moment = moments(5);
+    let partial = folder.path().join("p/shards/.0001_of_0002.shard.partial");
+    let (mut moment, mut kept) = (moments(5), 0);
     for round in 0..6 {
         let mut child = start(folder.path(), &shard("p", "1/2"));
         let (before, patience) = (grown(), Instant::now() + Duration::from_secs(60));
@@ -129,7 +130,11 @@ fn a_shard_that_is_killed_again_and_again_goes_on() {
             _ => child.kill().unwrap(),
         }
         child.wait().unwrap();
+        let now = scan(&partial).map_or(0, |contents| contents.places.len());
+        assert!(now >= kept, "{now} replicates are kept of {kept}");
+        kept = now;
     }
+    assert!((1..17).contains(&kept), "{kept} replicates survived");
     render(folder.path(), "p", [2, 1], 2);
     assert_eq!(files_of(folder.path(), "p").len(), 2, "nothing else is left there");
     succeed(folder.path(), &["merge", "p", "--quiet"]);

@@ -86,44 +86,6 @@ pub struct RunArgs {
     pub allow_invalid: bool,
 }
 
-/// `neumann plan`.
-#[derive(Clone, Debug, Args)]
-pub struct PlanArgs {
-    /// An experiment's name (see `neumann list experiments`) or a .toml file.
-    pub experiment: String,
-    /// How many shards.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub shards: u32,
-    /// Folder of plan, shards and results [default: results/EXPERIMENT].
-    #[arg(long, short, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// What to change.
-    #[command(flatten)]
-    pub changes: ChangeArgs,
-    /// Threads of each shard, and of the short renders that tell what work costs [default: all cores].
-    #[arg(long, value_name = "T", value_parser = parse_threads)]
-    pub threads: Option<usize>,
-    /// Discard another plan that the folder holds, and its shards.
-    #[arg(long)]
-    pub fresh: bool,
-}
-
-/// `neumann merge`.
-#[derive(Clone, Debug, Args)]
-pub struct MergeArgs {
-    /// The folder of a plan and its shards.
-    pub dir: PathBuf,
-    /// Threads [default: all cores].
-    #[arg(long, value_name = "T", value_parser = parse_threads)]
-    pub threads: Option<usize>,
-    /// Take shards that other builds, or those for other architectures, have rendered: bits may differ.
-    #[arg(long)]
-    pub allow_foreign: bool,
-    /// Exit with 0 even if non-finite samples occurred.
-    #[arg(long)]
-    pub allow_invalid: bool,
-}
-
 /// An image: which scene, by which method, of how many samples. Flags that several commands share.
 #[derive(Clone, Debug, Args)]
 pub struct ImageArgs {

@@ -14,7 +14,7 @@ use sampling::sampler::SamplerKind;
 /// A unit of work, independent of all others.
 pub enum Task<'a> {
     /// So many replicates of a method in a scene.
-    Render(Work<'a>, u32),
+    Render(Box<Work<'a>>, u32),
     /// The integrals of known value by one sampler at a number of samples.
     Integrals {
         /// The sampler.
@@ -75,7 +75,10 @@ pub fn visit(plan: &mut Plan, visit: &mut dyn FnMut(Task) -> Result<(), Error>) 
         checkpoint::with_size(plan, scene, &convergence, |plan, scene| {
             for &samples in &convergence.checkpoints {
                 for planned in plan.methods_in(scene) {
-                    visit(Task::Render(checkpoint::work(plan, scene, planned, samples)?, convergence.replicates))?;
+                    visit(Task::Render(
+                        Box::new(checkpoint::work(plan, scene, planned, samples)?),
+                        convergence.replicates,
+                    ))?;
                 }
             }
             Ok(())
@@ -88,8 +91,8 @@ pub fn visit(plan: &mut Plan, visit: &mut dyn FnMut(Task) -> Result<(), Error>) 
 fn of_reference(plan: &Plan, scene: usize, visit: &mut dyn FnMut(Task) -> Result<(), Error>) -> Result<(), Error> {
     let Some(works) = Works::new(plan, scene) else { return Ok(()) };
     let replicates = plan.reference.as_ref().map_or(0, |reference| reference.asked.replicates);
-    works.pilots.into_iter().try_for_each(|work| visit(Task::Render(work, PILOT.1)))?;
-    works.halves.into_iter().flatten().try_for_each(|work| visit(Task::Render(work, replicates)))
+    works.pilots.into_iter().try_for_each(|work| visit(Task::Render(Box::new(work), PILOT.1)))?;
+    works.halves.into_iter().flatten().try_for_each(|work| visit(Task::Render(Box::new(work), replicates)))
 }
 
 /// Images, and what their orders cost.
@@ -97,10 +100,10 @@ fn of_images(plan: &Plan, scene: usize, visit: &mut dyn FnMut(Task) -> Result<()
     let unknown = || Error::usage("how many samples a run takes must be known before it is divided; give --spp");
     let samples = plan.budget.known_samples().ok_or_else(unknown)?;
     for planned in plan.methods_in(&plan.scenes[scene]) {
-        visit(Task::Render(image_work(plan, scene, planned, samples)?, plan.budget.replicates))?;
+        visit(Task::Render(Box::new(image_work(plan, scene, planned, samples)?), plan.budget.replicates))?;
         if plan.experiment.marginal_cost {
             let works = cost::works(plan, scene, planned, samples)?;
-            works.into_iter().try_for_each(|work| visit(Task::Render(work, cost::REPLICATES)))?;
+            works.into_iter().try_for_each(|work| visit(Task::Render(Box::new(work), cost::REPLICATES)))?;
         }
     }
     Ok(())

@@ -3,12 +3,14 @@
 //! `neumann plan` divides all that an experiment renders ([`crate::runner::works`]) into shards of similar length, each a range of whole groups of
 //! replicates ([`plan`]); `neumann run --shard I/N` renders one into a file ([`file`](mod@file)); `neumann merge` looks through the files ([`folder`]) and runs the
 //! experiment, whose jobs take their replicates from there instead of rendering them. All that follows from replicates is worked out
-//! by the same code in the same order, so that a merge has the bits of a run in one piece.
+//! by the same code in the same order, so that a merge has the bits of a run in one piece. `neumann submit` writes what engines need to run all of
+//! that ([`engines`]).
 //!
 //! A shard holds its replicates one by one, not their moments: a covariance or an error of a replicate follows from the mean of all before it,
 //! which other machines render, and the weights of a reference from its pilots.
 
 pub mod choice;
+pub mod engines;
 pub mod file;
 pub mod folder;
 pub mod plan;

@@ -191,6 +191,18 @@ impl ShardPlan {
         self.units.iter().enumerate().map(of).fold((0.0, 0), |sum, x| (sum.0 + x.0, sum.1 + x.1))
     }
 
+    /// Refuses an experiment's file that is not what the plan was made of.
+    ///
+    /// # Errors
+    /// If it was edited, or is another one.
+    pub fn check_source(&self, source: &Source) -> Result<(), Error> {
+        if source.text() == self.text {
+            return Ok(());
+        }
+        let message = "it is not what the plan was made of; undo that, or plan anew in another folder or with --fresh";
+        Err(source.blame("", message.to_owned()))
+    }
+
     /// Refuses an experiment that is not the plan's any more: its file or one of its scenes was edited.
     ///
     /// # Errors

@@ -90,7 +90,7 @@ fn what_pilots_chose_is_kept_with_the_states_of_the_run_and_nothing_else_is() {
     states.create().unwrap();
     assert!(!names(&home).iter().any(|name| name.ends_with(".tmp")));
     assert!(load(&mut states, &unit("new")).is_some());
-    assert_eq!(states.chosen(&unit("b"), || panic!("chosen before")).unwrap(), 8);
+    assert_eq!(states.chosen::<u32>(&unit("b"), || panic!("chosen before")).unwrap(), 8);
     states.end().unwrap();
     assert_eq!(names(&home), [CHOSEN, "mine.txt", &unit("new").file]);
 

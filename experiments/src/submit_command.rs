@@ -1,0 +1,119 @@
+//! `neumann submit`: the files by which an engine runs the shards of a plan that are not complete, and the merge.
+
+use crate::budget;
+use crate::cli::{ChangeArgs, PlanArgs, SubmitArgs, print};
+use crate::error::{Error, Status};
+use crate::export::write_atomically;
+use crate::plan_command;
+use crate::progress::Verbosity;
+use crate::shards::engines::{Engine, Task};
+use crate::shards::folder::Found;
+use crate::shards::plan::{FILE, quoted};
+use crate::shards::{Foreign, ShardPlan, Shards};
+use crate::stop::Stop;
+use integrators::Methods;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The folder of an engine's files and logs, in that of the results.
+pub const FOLDER: &str = "submit";
+
+/// Writes an engine's files, and has it run them if that is asked for. Where there is no plan it is made first.
+///
+/// # Errors
+/// If there is no plan and none can be made, files cannot be written, or the engine is not there.
+pub fn submit(args: &SubmitArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
+    let source = crate::source::Source::open(&args.experiment)?;
+    let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("results").join(&source.name));
+    plan_if_asked(args, &folder, methods, stop)?;
+    let plan = ShardPlan::read(&folder)?;
+    plan.check_source(&source)?;
+    let folder = std::path::absolute(&folder).unwrap_or(folder);
+    let missing = match budget::pool(args.threads)?.install(|| Shards::find(&folder, &plan, Foreign::Refused))? {
+        Found::All(_) => {
+            let merge = quoted(&folder.to_string_lossy());
+            print(&format!("all {} shards are complete: neumann merge {merge}\n", plan.count()))?;
+            return Ok(Status::Done);
+        }
+        Found::Faults(faults, missing) if missing.is_empty() => {
+            eprintln!("error: the shards in {} cannot be merged\n{}", folder.display(), faults.join("\n"));
+            return Ok(Status::Failed);
+        }
+        Found::Faults(_, missing) => missing,
+    };
+    let task = Task { plan: &plan, folder: &folder, program: program(args), missing: &missing, args };
+    let files = args.engine.files(&task);
+    let home = folder.join(FOLDER);
+    let failed = |source| Error::Io {
+        action: "write",
+        path: home.clone(),
+        source,
+        mend: "name a place where files can be written",
+    };
+    std::fs::create_dir_all(&home).map_err(failed)?;
+    for (name, text) in &files {
+        write_atomically(&home.join(name), text.as_bytes())?;
+    }
+    if !args.go {
+        if verbosity == Verbosity::Normal {
+            let names: Vec<&str> = files.iter().map(|(name, _)| *name).collect();
+            let run = quoted(&home.join(files[0].0).to_string_lossy());
+            print(&format!(
+                "{} of {} shards are to be rendered; {} written to {}\nto have them rendered: sh {run} (or the same command with --go)\n",
+                missing.len(),
+                plan.count(),
+                names.join(", "),
+                home.display()
+            ))?;
+        }
+        return Ok(Status::Done);
+    }
+    go(args.engine, &home.join(files[0].0))
+}
+
+/// Makes the plan, where there is none, and otherwise sees to it that it is the one asked for.
+fn plan_if_asked(args: &SubmitArgs, folder: &Path, methods: &Methods, stop: &Stop) -> Result<(), Error> {
+    let there = folder.join(FILE).exists();
+    if there && args.shards.is_none() && args.changes == ChangeArgs::default() {
+        return Ok(());
+    }
+    let standing = || ShardPlan::read(folder).map(|plan| plan.count());
+    let shards = match args.shards {
+        Some(shards) => shards,
+        None if there => standing()?,
+        None => {
+            return Err(Error::usage(format!(
+                "there is no plan in {}; say how many --shards it shall have",
+                folder.display()
+            )));
+        }
+    };
+    let (experiment, changes) = (args.experiment.clone(), args.changes.clone());
+    let (out, threads) = (Some(folder.to_owned()), args.threads);
+    let plan = PlanArgs { experiment, shards, out, changes, threads, fresh: false };
+    plan_command::plan(&plan, methods, Verbosity::Quiet, stop).map(|_| ())
+}
+
+/// The program as a cluster's machines find it: where it is, or as the user says.
+fn program(args: &SubmitArgs) -> String {
+    let here = || std::env::current_exe().map_or("neumann".to_owned(), |path| path.to_string_lossy().into_owned());
+    args.program.clone().unwrap_or_else(here)
+}
+
+/// Runs an engine's script.
+fn go(engine: Engine, script: &Path) -> Result<Status, Error> {
+    let tool = engine.tool();
+    let paths = std::env::var_os("PATH").unwrap_or_default();
+    if !std::env::split_paths(&paths).any(|folder| folder.join(tool).is_file()) {
+        return Err(Error::usage(format!(
+            "there is no {tool} on the PATH; run {} where there is one, or choose another --engine",
+            script.display()
+        )));
+    }
+    let status = Command::new("sh").arg(script).status();
+    match status {
+        Ok(status) if status.success() => Ok(Status::Done),
+        Ok(_) => Ok(Status::Failed),
+        Err(e) => Err(Error::usage(format!("cannot start {}: {e}", script.display()))),
+    }
+}
