@@ -41,6 +41,7 @@ pub mod parts;
 pub mod path;
 pub mod photons;
 pub mod ppm;
+pub mod radiosity;
 pub mod render;
 pub mod request;
 pub mod roulette;
