@@ -10,8 +10,8 @@
 //! - [`method`]: the traits [`Estimator`] and [`Integrator`], and THE LIST of methods, [`Methods`]; [`bias`];
 //! - the algorithms, one a file: [`direct`], [`path`] and the [`classics`] that are parts of it, [`light`], [`bdpt`],
 //!   [`vcm`] and [`ppm`], which merge vertices with [`photons`], [`metropolis`], which takes samples of `path` and `bdpt` along
-//!   Markov chains, and [`exact`], which is the truth where that is known; with what they share: [`start`], [`vertex`], [`walk`],
-//!   [`connect`], [`next_event`], [`subsurface`], [`roulette`];
+//!   Markov chains, [`radiosity`], which looks up light on elements, and [`exact`], which is the truth where that is known; with what
+//!   they share: [`start`], [`vertex`], [`walk`], [`connect`], [`next_event`], [`subsurface`], [`roulette`];
 //! - [`block`]: how work is cut into pieces; [`film`] and [`splats`]: one block's sums, and the film they are reduced into, in an
 //!   order that no thread can change;
 //! - [`parts`]: what an image is taken apart into besides orders; [`lpe`]: light-path expressions; [`trail`]: the classes of a path;

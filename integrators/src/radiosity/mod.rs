@@ -84,7 +84,7 @@ impl Rays {
 
 impl Default for Elements {
     fn default() -> Self {
-        Self(2000)
+        Self(1000)
     }
 }
 
