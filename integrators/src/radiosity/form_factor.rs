@@ -14,11 +14,11 @@ use glam::DVec3;
 use std::f64::consts::PI;
 
 /// From this ratio on of the distance of the centres to the sum of the radii, three points of each are enough.
-const FAR: f64 = 3.0;
+const FAR: f64 = 4.0;
 /// From this ratio on, six.
-const NEAR: f64 = 1.4;
+const NEAR: f64 = 1.8;
 /// So often a triangle is divided that touches another, or nearly.
-const DIVISIONS: u32 = 4;
+const DIVISIONS: u32 = 5;
 /// So often one that the other's plane cuts, if it is not near.
 const DIVISIONS_AT_HORIZON: u32 = 3;
 
