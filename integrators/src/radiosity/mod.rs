@@ -145,8 +145,11 @@ pub struct Radiosity {
     solution: Option<Arc<Solution>>,
     /// Solutions that were made; no setting.
     #[serde(skip)]
-    kept: Arc<Mutex<Vec<(Key, Arc<Solution>)>>>,
+    kept: Arc<Mutex<Kept>>,
 }
+
+/// Solutions, the latest first.
+type Kept = Vec<(Key, Arc<Solution>)>;
 
 /// What a solution depends on besides the settings.
 #[derive(Clone, Debug, PartialEq, Eq)]
