@@ -292,7 +292,7 @@ fn settings_and_scenes_that_cannot_be_are_refused_with_a_mend() {
     assert!(refusal(&glass).unwrap().contains("more than scatter by Lambert's law"));
     assert!(refusal(&|b, grey| _ = b.sphere(DVec3::splat(0.5), 0.1, grey)).unwrap().contains("no flat triangles"));
     assert!(
-        refusal(&|b, _| _ = b.point_emitter(DVec3::splat(0.5), Spectrum::ONE)).unwrap().contains("let a surface shine")
+        refusal(&|b, _| b.point_emitter(DVec3::splat(0.5), Spectrum::ONE)).unwrap().contains("let a surface shine")
     );
     let many = |builder: &mut SceneBuilder, grey| {
         (0..600)
