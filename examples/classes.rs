@@ -51,7 +51,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!(
         "variance; (part): it carries less than half of it; *: biased. Variances of rare paths are themselves uncertain: a factor of"
     );
-    println!("two between seeds is no surprise where numbers are large.\n");
+    println!("two between seeds is no surprise where numbers are large.");
+    println!("`radiosity`, `LD*E`, is not among them: it knows orders and no classes, and its error is its mesh's");
+    println!("([radiosity.md](radiosity.md)).\n");
     for (name, expression, about) in CLASSES {
         println!("- `{name}`, `{expression}`: {about}");
     }

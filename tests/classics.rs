@@ -32,7 +32,7 @@ fn methods() -> Vec<(&'static str, Value)> {
 }
 
 /// What of an order `bdpt` has of each expression: means over the replicates' images, and over columns of pixels.
-fn classes(scene: &Scene, order: usize, expressions: &[String]) -> Vec<Vec<Estimate>> {
+pub fn classes(scene: &Scene, order: usize, expressions: &[String]) -> Vec<Vec<Estimate>> {
     let method = method_with("bdpt", json!({"roulette": "none"}));
     let settings = RenderSettings {
         orders: Orders::parse(&order.to_string(), MAX_ORDER).unwrap(),
@@ -68,7 +68,7 @@ fn classes(scene: &Scene, order: usize, expressions: &[String]) -> Vec<Vec<Estim
 }
 
 /// The image, and its columns two by two.
-fn regions(scene: &Scene) -> Vec<Vec<usize>> {
+pub fn regions(scene: &Scene) -> Vec<Vec<usize>> {
     let (width, pixels) = (scene.camera.width() as usize, (scene.camera.width() * scene.camera.height()) as usize);
     let columns = (0..width / 2).map(|column| (0..pixels).filter(|p| p % width / 2 == column).collect());
     std::iter::once((0..pixels).collect()).chain(columns).collect()

@@ -41,10 +41,14 @@ fn any_number_of_threads_gives_the_same_bits() {
     let by_default = ["direct", "path", "light", "bdpt"].map(|name| (name, json!({})));
     let merging = ["vcm", "ppm"].map(|name| (name, json!({"radius": 0.05})));
     let chains = ["pssmlt", "mmlt"].map(|name| (name, json!({})));
-    for (name, settings_of) in by_default.into_iter().chain(merging).chain(chains) {
+    let meshes = [("radiosity", json!({"elements": 100}))];
+    for (name, settings_of) in by_default.into_iter().chain(merging).chain(chains).chain(meshes) {
         // Where numbers come from is no concern of merging, and chains have numbers of their own.
-        let samplers =
-            if ["vcm", "ppm", "pssmlt", "mmlt"].contains(&name) { &SamplerKind::ALL[..1] } else { SamplerKind::ALL };
+        let samplers = if ["vcm", "ppm", "pssmlt", "mmlt", "radiosity"].contains(&name) {
+            &SamplerKind::ALL[..1]
+        } else {
+            SamplerKind::ALL
+        };
         for &sampler in samplers {
             let method = method_with(name, settings_of.clone());
             let with_threads = |threads: usize| {

@@ -26,6 +26,7 @@ mod needs;
 mod open_set;
 mod orders;
 mod parts;
+mod radiosity;
 mod real_scenes;
 mod refraction;
 mod relief;

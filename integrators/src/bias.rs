@@ -11,6 +11,8 @@ pub enum Bias {
     None,
     /// The mean goes to the truth as samples are added to a replicate; that of a replicate of finitely many differs from it.
     Consistent,
+    /// The mean goes to the truth as the elements of a mesh become more; samples do not change it.
+    Mesh,
     /// The mean is something else.
     Lasting,
 }
@@ -21,6 +23,7 @@ impl Bias {
         match self {
             Self::None => None,
             Self::Consistent => Some("biased, consistent"),
+            Self::Mesh => Some("biased by its mesh, consistent as elements grow"),
             Self::Lasting => Some("biased"),
         }
     }

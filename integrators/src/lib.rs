@@ -10,9 +10,9 @@
 //! - [`method`]: the traits [`Estimator`] and [`Integrator`], and THE LIST of methods, [`Methods`]; [`bias`];
 //! - the algorithms, one a file: [`direct`], [`path`] and the [`classics`] that are parts of it, [`light`], [`bdpt`],
 //!   [`vcm`] and [`ppm`], which merge vertices with [`photons`], [`metropolis`], which takes samples of `path` and `bdpt` along
-//!   Markov chains, [`composite`], which leaves each order to one of the others, and [`exact`], which is the truth where that is
-//!   known; with what they share: [`start`], [`vertex`], [`walk`],
-//!   [`connect`], [`next_event`], [`subsurface`], [`roulette`];
+//!   Markov chains, [`radiosity`], which looks up light on elements, [`composite`], which leaves each order to one of the others, and
+//!   [`exact`], which is the truth where that is known; with what they share: [`start`], [`vertex`], [`walk`], [`connect`],
+//!   [`next_event`], [`subsurface`], [`roulette`];
 //! - [`block`]: how work is cut into pieces; [`film`] and [`splats`]: one block's sums, and the film they are reduced into, in an
 //!   order that no thread can change;
 //! - [`parts`]: what an image is taken apart into besides orders; [`lpe`]: light-path expressions; [`trail`]: the classes of a path;
@@ -43,6 +43,7 @@ pub mod parts;
 pub mod path;
 pub mod photons;
 pub mod ppm;
+pub mod radiosity;
 pub mod render;
 pub mod request;
 pub mod roulette;

@@ -315,6 +315,10 @@ impl Methods {
             .with::<crate::bdpt::Bdpt>("bdpt", "bidirectional path tracing: every strategy (s, t), weighted by MIS")
             .with::<crate::vcm::Vcm>("vcm", "connections and merged vertices, weighted by MIS over both")
             .with::<crate::ppm::Ppm>("ppm", "progressive photon mapping: camera walks that end among photons")
+            .with::<crate::radiosity::Radiosity>(
+                "radiosity",
+                "diffuse light on a mesh of elements, every order by application of the operator's matrix",
+            )
             .with_integrator("pssmlt", "Metropolis sampling of the random numbers of `path`", Metropolis::<Pssmlt>::new)
             .with_integrator(
                 "mmlt",

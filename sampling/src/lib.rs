@@ -36,6 +36,7 @@
 //! - `[Abramowitz64]` M. Abramowitz, I. A. Stegun: *Handbook of mathematical functions*, National Bureau of Standards, 1964.
 //! - `[Ahmed20]` A. G. M. Ahmed, P. Wonka: *Screen-space blue-noise diffusion of Monte Carlo sampling error via hierarchical
 //!   ordering of pixels*, ACM Transactions on Graphics 39(6), 2020.
+//! - `[Arvo94]` J. Arvo: *The irradiance Jacobian for partially occluded polyhedral sources*, SIGGRAPH 1994.
 //! - `[Ashikhmin00]` M. Ashikhmin, P. Shirley: *An anisotropic Phong BRDF model*, Journal of Graphics Tools 5(2), 2000.
 //! - `[Ashikhmin07]` M. Ashikhmin, S. Premože: *Distribution-based BRDFs*, technical report, University of Utah, 2007.
 //! - `[Bagher12]` M. M. Bagher, C. Soler, N. Holzschuch: *Accurate fitting of measured reflectances using a shifted gamma
@@ -52,6 +53,7 @@
 //! - `[Christensen15]` P. H. Christensen, B. Burley: *Approximate reflectance profiles for efficient subsurface scattering*,
 //!   Pixar technical memo 15-04, 2015.
 //! - `[Clarberg08]` P. Clarberg: *Fast equal-area mapping of the (hemi)sphere using SIMD*, Journal of Graphics Tools 13(3), 2008.
+//! - `[Cohen93]` M. F. Cohen, J. R. Wallace: *Radiosity and realistic image synthesis*, Academic Press, 1993.
 //! - `[Conty18]` A. Conty Estevez, C. Kulla: *Importance sampling of many lights with adaptive tree splitting*, Proceedings of the
 //!   ACM on Computer Graphics and Interactive Techniques 1(2), 2018.
 //! - `[Conty19]` A. Conty Estevez, P. Lecocq, C. Stein: *A microfacet-based shadowing function to solve the bump terminator
@@ -59,6 +61,8 @@
 //! - `[Cook82]` R. L. Cook, K. E. Torrance: *A reflectance model for computer graphics*, ACM Transactions on Graphics 1(1),
 //!   1982.
 //! - `[Duff17]` T. Duff et al.: *Building an orthonormal basis, revisited*, JCGT 6(1), 2017.
+//! - `[Dunavant85]` D. A. Dunavant: *High degree efficient symmetrical Gaussian quadrature rules for the triangle*,
+//!   International Journal for Numerical Methods in Engineering 21, 1985.
 //! - `[Dupuy23]` J. Dupuy, A. Benyoub: *Sampling visible GGX normals with spherical caps*,
 //!   Computer Graphics Forum 42(8), 2023.
 //! - `[Dutre93]` P. Dutré, E. P. Lafortune, Y. D. Willems: *Monte Carlo light tracing with direct computation of pixel
@@ -67,6 +71,8 @@
 //! - `[Georgiev12]` I. Georgiev, J. Křivánek, T. Davidovič, P. Slusallek: *Light transport simulation with vertex connection and
 //!   merging*, ACM Transactions on Graphics 31(6), 2012.
 //! - `[Giles12]` M. Giles: *Approximating the erfinv function*, GPU Computing Gems Jade Edition, 2012.
+//! - `[Goral84]` C. M. Goral, K. E. Torrance, D. P. Greenberg, B. Battaile: *Modeling the interaction of light between diffuse
+//!   surfaces*, SIGGRAPH 1984.
 //! - `[Gulbrandsen14]` O. Gulbrandsen: *Artist friendly metallic Fresnel*, JCGT 3(4), 2014.
 //! - `[Hachisuka08]` T. Hachisuka, S. Ogaki, H. W. Jensen: *Progressive photon mapping*, ACM Transactions on Graphics 27(5), 2008.
 //! - `[Hachisuka12]` T. Hachisuka, J. Pantaleoni, H. W. Jensen: *A path space extension for robust light transport simulation*, ACM
@@ -76,6 +82,8 @@
 //! - `[Harris78]` F. J. Harris: *On the use of windows for harmonic analysis with the discrete Fourier transform*,
 //!   Proceedings of the IEEE 66(1), 1978.
 //! - `[Heckbert90]` P. S. Heckbert: *Adaptive radiosity textures for bidirectional ray tracing*, SIGGRAPH 1990.
+//! - `[Heckbert91]` P. S. Heckbert, J. M. Winget: *Finite element methods for global illumination*, report UCB/CSD 91/643,
+//!   University of California, Berkeley, 1991.
 //! - `[Heitz14]` E. Heitz: *Understanding the masking-shadowing function in microfacet-based BRDFs*, JCGT 3(2), 2014.
 //! - `[Heitz14b]` E. Heitz, E. d'Eon: *Importance sampling microfacet-based BSDFs using the distribution of visible
 //!   normals*, Computer Graphics Forum 33(4), 2014.
@@ -85,6 +93,7 @@
 //!   3(5), 1975.
 //! - `[Hopcroft71]` J. Hopcroft: *An n log n algorithm for minimizing states in a finite automaton*, in *Theory of Machines and
 //!   Computations*, Academic Press, 1971.
+//! - `[Howell]` J. R. Howell: *A catalog of radiation heat transfer configuration factors*, University of Texas at Austin.
 //! - `[Inagaki81]` T. Inagaki, E. T. Arakawa, M. W. Williams: *Optical properties of liquid mercury*, Physical Review B 23,
 //!   1981.
 //! - `[Ize13]` T. Ize: *Robust BVH ray traversal*, JCGT 2(2), 2013.
@@ -108,6 +117,7 @@
 //! - `[Lafortune97]` E. P. F. Lafortune, S.-C. Foo, K. E. Torrance, D. P. Greenberg: *Non-linear approximation of
 //!   reflectance functions*, SIGGRAPH 1997.
 //! - `[Laine11]` S. Laine, T. Karras: *Stratified sampling for stochastic transparency*, EGSR 2011.
+//! - `[Lambert1760]` J. H. Lambert: *Photometria*, Augsburg, 1760.
 //! - `[Matousek98]` J. Matoušek: *On the L₂-discrepancy for anchored boxes*, Journal of Complexity 14(4), 1998.
 //! - `[Matusik03]` W. Matusik et al.: *A data-driven reflectance model*, SIGGRAPH 2003.
 //! - `[Mikkelsen10]` M. S. Mikkelsen: *Bump mapping unparametrized surfaces on the GPU*, 2010.
@@ -127,6 +137,8 @@
 //!   aluminum*, Applied Optics 34, 1995.
 //! - `[Rakic98]` A. D. Rakić et al.: *Optical properties of metallic films for vertical-cavity optoelectronic devices*,
 //!   Applied Optics 37, 1998.
+//! - `[Richardson1911]` L. F. Richardson: *The approximate arithmetical solution by finite differences of physical problems*,
+//!   Philosophical Transactions of the Royal Society A 210, 1911.
 //! - `[Rusinkiewicz98]` S. M. Rusinkiewicz: *A new change of variables for efficient BRDF representation*, EGSR 1998.
 //! - `[Shirley97]` P. Shirley, K. Chiu: *A low distortion map between disk and square*, JGT 2(3), 1997.
 //! - `[Smith67]` B. G. Smith: *Geometrical shadowing of a random rough surface*, IEEE Transactions on Antennas and Propagation
@@ -157,6 +169,7 @@
 //! - `[WilsonHilferty31]` E. B. Wilson, M. M. Hilferty: *The distribution of chi-square*, Proceedings of the National Academy of
 //!   Sciences 17, 1931.
 //! - `[Woop13]` S. Woop, C. Benthin, I. Wald: *Watertight ray/triangle intersection*, JCGT 2(1), 2013.
+//! - `[Zatz93]` H. R. Zatz: *Galerkin radiosity: a higher order solution method for global illumination*, SIGGRAPH 1993.
 
 pub mod alias;
 pub mod bsdf;

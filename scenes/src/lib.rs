@@ -73,7 +73,7 @@ pub use needs::{Needs, Skip};
 pub use ray::{Ray, SurfacePoint};
 pub use region::Region;
 pub use relief::Relief;
-pub use scene::Scene;
+pub use scene::{Facet, FacetHit, Scene};
 pub use subsurface::Body;
 pub use surface::SurfaceId;
 pub use texture::Texture;

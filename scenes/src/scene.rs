@@ -1,7 +1,10 @@
 //! A scene, built: what integrators ask about the world.
 
+mod facets;
 mod masks;
 mod shading;
+
+pub use facets::{Facet, FacetHit};
 
 use crate::accel::{Accel, Kernel};
 use crate::builtin;

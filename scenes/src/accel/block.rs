@@ -4,6 +4,7 @@ use super::lanes::{Lanes, WIDTH};
 use super::pairing::Pair;
 use super::query::{Line, Query, dominant_axis};
 use crate::ray::UNIT_ROUNDOFF;
+use crate::shape::Triangle;
 use glam::DVec3;
 use sampling::{Vec2, Vec3, vec2};
 
@@ -142,6 +143,16 @@ impl Block {
         let [x, y, z] = &self.axes;
         let corner = |c: usize| Vec3::new(x[c * PAIRS + pair], y[c * PAIRS + pair], z[c * PAIRS + pair]);
         [corner(0), corner(1 + second), corner(2 + second)]
+    }
+
+    /// Its triangles with their ids, the vertices in the order they were given in.
+    pub fn triangles(&self) -> impl Iterator<Item = (u32, Triangle)> {
+        let lanes = (0..LANES).filter(|&lane| self.ids[lane] != u32::MAX);
+        lanes.map(|lane| {
+            let (corners, rotation) = (self.corners(lane), usize::from(self.rotations[lane]));
+            // Vertex v is corner v − rotation.
+            (self.ids[lane], Triangle([0, 1, 2].map(|vertex| corners[(vertex + 3 - rotation) % 3])))
+        })
     }
 
     /// Where a line meets a lane's triangle, the barycentric coordinates in the order the vertices were given in.

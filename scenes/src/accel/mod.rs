@@ -30,6 +30,7 @@ pub use kernel::Kernel;
 use pairing::Pair;
 use query::Line;
 use sampling::{Vec2, Vec3};
+use std::collections::HashMap;
 use tree::Node;
 
 /// Up to this many primitives are searched without a tree.
@@ -195,6 +196,11 @@ impl Accel {
     /// How many instances there are.
     pub fn instances(&self) -> &[Instance] {
         &self.instances
+    }
+
+    /// The triangles outside instances, by the ids with which it was built.
+    pub fn triangles(&self) -> HashMap<u32, Triangle> {
+        self.blocks.iter().flat_map(Block::triangles).collect()
     }
 
     /// Works out the point of the nearest hit, once per ray.
