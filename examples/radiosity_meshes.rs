@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let settings: Radiosity =
             serde_json::from_value(json!({"elements": elements.parse::<u32>()?, "basis": basis}))?;
         let start = Instant::now();
-        let solved = settings.solve(&scene, &Request::new(Orders::up_to(MAX_ORDER), false)).0;
+        let solved = settings.solve(&scene, &Request::new(Orders::up_to(MAX_ORDER), false));
         let solution = solved.ok_or("the Cornell box is made of triangles")?;
         let (report, seconds) = (&solution.report, start.elapsed().as_secs_f64());
         let [low, high] = report.closure;

@@ -50,8 +50,9 @@ fn any_number_of_threads_gives_the_same_bits() {
             SamplerKind::ALL
         };
         for &sampler in samplers {
-            let method = method_with(name, settings_of.clone());
             let with_threads = |threads: usize| {
+                // A method of its own, which keeps nothing that another number of threads has made.
+                let method = method_with(name, settings_of.clone());
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 pool.install(|| {
                     let mut render = Render::new(&scene, method.as_ref(), settings(6, sampler, name)).unwrap();

@@ -263,6 +263,7 @@ fn what_cannot_be_is_refused_with_the_mend() {
     assert!(message.contains("roulette=throughput"), "{message}");
     // No sample of a chain stands alone.
     let replicate = integrators::method::Replicate {
+        number: 0,
         key: sampling::sampler::StreamKey::new(0, "mmlt", Role::Estimate, 0),
         sampler: SamplerKind::Independent,
         samples: 1,

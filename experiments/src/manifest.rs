@@ -41,6 +41,7 @@ pub fn manifest(
         skipped: s.scene.needs.skipped().into_iter().map(str::to_owned).collect(),
         notes: s.scene.notes.clone(),
         reference: reference_hash(plan, i).unwrap_or_default(),
+        composites: s.chosen.iter().map(|chosen| (chosen.planned.label.clone(), chosen.choice.clone())).collect(),
     };
     let method = |m: &PlannedMethod| MethodRecord {
         label: m.label.clone(),

@@ -197,8 +197,14 @@ fn planned_methods(source: &Source, experiment: &Experiment, registry: &Methods)
     for (i, entry) in &entries {
         let blame = |key: &str, message: String| blame(*i, key, message);
         let known = registry.entries().iter().any(|known| known.name == entry.name);
-        let at_fault = if known { "settings" } else { "name" };
-        let (method, setting) = built(entry, registry).map_err(|message| blame(at_fault, message))?;
+        // The setting that a message is about, where it is about one.
+        let at_fault = |message: &str| match message.split_once("setting `").and_then(|(_, rest)| rest.split_once('`'))
+        {
+            Some((key, _)) => format!("settings.{key}"),
+            None if known => "settings".to_owned(),
+            None => "name".to_owned(),
+        };
+        let (method, setting) = built(entry, registry).map_err(|message| blame(&at_fault(&message), message))?;
         if let Some(twin) = planned.iter().find(|p| p.method.name() == entry.name && p.setting == setting) {
             return Err(blame("name", format!("{} is listed twice with the same settings; leave one out", twin.entry)));
         }
@@ -220,7 +226,7 @@ fn planned_methods(source: &Source, experiment: &Experiment, registry: &Methods)
             }
             // The first sampler takes the method that was built to look at it, the others one like it.
             let method = method.take().map_or_else(|| built(entry, registry).map(|b| b.0), Ok);
-            let method = method.map_err(|message| blame(at_fault, message))?;
+            let method = method.map_err(|message| blame(&at_fault(&message), message))?;
             planned.push(PlannedMethod { label, entry: name.clone(), sampler, setting: setting.clone(), method });
         }
     }

@@ -21,6 +21,13 @@ pub fn plan(args: &PlanArgs, methods: &Methods, verbosity: Verbosity, stop: &Sto
     let (source, experiment) = run_command::open(&args.experiment, &args.changes)?;
     let mut plan = while_loading(verbosity, || Plan::new(&source, experiment, methods))?;
     check_budget(&plan.experiment)?;
+    if let Some(open) = plan.methods.iter().find(|planned| planned.is_open()) {
+        return Err(Error::usage(format!(
+            "the runs of {0} are chosen by pilots, whose clocks would tell every machine something else; name them: --set \
+             {0}.runs=path:0-1:0.5;light:2-8:0.5, as `neumann render -i composite` tells them",
+            open.entry
+        )));
+    }
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("results").join(&plan.name));
     run_command::former_results(&folder, &plan, args.fresh)?;
     let pool = budget::pool(args.threads)?;

@@ -93,7 +93,8 @@ impl<'a> Retracing<'a> {
         self.check(place)?;
         let RenderSettings { seed, instance, role, sampler, samples_per_replicate, .. } = self.settings;
         let key = StreamKey::new(*seed, instance, *role, place.replicate);
-        let replicate = Replicate { key, sampler: *sampler, samples: *samples_per_replicate };
+        let (number, samples) = (place.replicate, *samples_per_replicate);
+        let replicate = Replicate { number, key, sampler: *sampler, samples };
         let mut shown = Vec::new();
         let mut show = |c: &Contribution| {
             if self.request.wants(c.technique.order()) {

@@ -43,11 +43,11 @@ pub fn run(
     if is_complete(&place, &divided, shard) && !args.fresh {
         return said(verbosity, &format!("shard {shard} of {} is complete\n", divided.count()));
     }
-    let mut plan = while_loading(verbosity, || Plan::new(&divided.source(), divided.experiment()?, methods))?;
+    let mut plan = while_loading(verbosity, || Plan::new(&source, divided.experiment()?, methods))?;
     divided.check(&mut plan)?;
     let origin = shards::origin(threads);
     let hash = blake3::Hash::from_hex(&divided.hash).unwrap_or(blake3::Hash::from_bytes([0; blake3::OUT_LEN]));
-    let growing = Growing::open(&place, Head { plan: hash, shard, origin })?;
+    let growing = Growing::open(&place, Head { plan: hash, shard, origin }, args.fresh)?;
     let (seconds, _) = divided.estimate(shard);
     let progress = Progress::new(seconds, verbosity);
     let mut renderer = Renderer { divided: &divided, shard, growing, progress, stop };

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
 /// The experiments embedded in the program: names and files.
-pub const LIBRARY: [(&str, &str); 13] = [
+pub const LIBRARY: [(&str, &str); 14] = [
     ("best_per_order", include_str!("../library/best_per_order.toml")),
     ("comparison", include_str!("../library/comparison.toml")),
     ("consistency", include_str!("../library/consistency.toml")),
@@ -16,6 +16,7 @@ pub const LIBRARY: [(&str, &str); 13] = [
     ("light_vs_path", include_str!("../library/light_vs_path.toml")),
     ("metropolis", include_str!("../library/metropolis.toml")),
     ("mis_heuristics", include_str!("../library/mis_heuristics.toml")),
+    ("radiosity", include_str!("../library/radiosity.toml")),
     ("roulette", include_str!("../library/roulette.toml")),
     ("samplers", include_str!("../library/samplers.toml")),
     ("sobol", include_str!("../library/sobol.toml")),
@@ -180,6 +181,16 @@ mod tests {
             let written = toml::to_string(&experiment).unwrap();
             assert_eq!(toml::from_str::<Experiment>(&written).unwrap(), experiment, "{name}");
         }
+    }
+
+    #[test]
+    fn every_file_of_the_library_is_embedded() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/library");
+        let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let mut names: Vec<String> =
+            files.map(|file| file.file_stem().unwrap().to_string_lossy().into_owned()).collect();
+        names.sort();
+        assert_eq!(names, LIBRARY.map(|(name, _)| name));
     }
 
     #[test]

@@ -47,6 +47,8 @@ impl Pixel {
 /// Which independent estimate of the image is made, and of how many samples per pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Replicate {
+    /// Which of the render's, from 0 on.
+    pub number: u32,
     /// Key of its random numbers.
     pub key: StreamKey,
     /// Where they come from.

@@ -257,7 +257,7 @@ impl<'a> Render<'a> {
         let start = Instant::now();
         let settings = &self.settings;
         let key = StreamKey::new(settings.seed, &settings.instance, settings.role, number);
-        let replicate = Replicate { key, sampler: settings.sampler, samples: settings.samples_per_replicate };
+        let replicate = Replicate { number, key, sampler: settings.sampler, samples: settings.samples_per_replicate };
         let (width, height) = (self.scene.camera.width(), self.scene.camera.height());
         let taken = if self.method.splats() { Window::whole(width, height) } else { self.window.clone() };
         let iterates = self.method.iterates();

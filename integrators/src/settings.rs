@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn values_of_the_wrong_kind_are_told_of_in_plain_words() {
-        let number = serde_json::from_str::<u32>("\"x\"").unwrap_err().to_string();
+        let number = serde_json::from_value::<u32>(Value::from("x")).unwrap_err().to_string();
         assert!(in_plain_words(&number).starts_with("string \"x\", where a whole number is needed"), "{number}");
         let negative = serde_json::from_value::<u32>(Value::from(-1)).unwrap_err().to_string();
         assert_eq!(in_plain_words(&negative), "integer `-1`, where a whole number is needed");

@@ -14,6 +14,7 @@ use pilot::{Entry, Pilot, REPLICATES};
 use scenes::Scene;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use std::time::Instant;
 
 pub use gain::gains;
 
@@ -35,11 +36,11 @@ pub struct Choice {
     pub runs: Vec<ChosenRun>,
     /// The best method by itself.
     pub single: String,
-    /// The composite's efficiency over that one's, as predicted, on the image's sum.
-    pub gain: f64,
+    /// The composite's efficiency over that one's, as predicted, on the image's sum; `None` where there is none, or nothing varies.
+    pub gain: Option<f64>,
     /// Methods that take no part, and why.
     pub left_out: Vec<String>,
-    /// What the pilots took \[s\].
+    /// What choosing took \[s\].
     pub pilot_seconds: f64,
 }
 
@@ -55,7 +56,7 @@ pub struct ChosenRun {
     /// What it adds to the variance of one of the composite's samples, as predicted.
     pub variance: f64,
     /// The same of one sample of the best single method, in the same orders.
-    pub single: f64,
+    pub single: Option<f64>,
 }
 
 impl Choice {
@@ -64,10 +65,8 @@ impl Choice {
         let run = |run: &ChosenRun| format!("{} orders {}", run.run.method, in_ranges(&run.layers));
         let runs: Vec<String> = self.runs.iter().map(run).collect();
         let brief: Vec<String> = self.runs.iter().map(|run| run.run.brief()).collect();
-        let gain = match self.single.as_str() {
-            "" => String::new(),
-            single => format!("; predicted efficiency over {single}: {:.3}", self.gain),
-        };
+        let gain = self.gain.map(|gain| format!("; predicted efficiency over {}: {gain:.3}", self.single));
+        let gain = gain.unwrap_or_default();
         format!("{}{gain}; the same runs again: --set 'runs={}'", runs.join(", "), brief.join(";"))
     }
 
@@ -99,9 +98,10 @@ impl Choice {
         }
         let parts =
             f64::from(width) * f64::from(height) / (f64::from(scene.camera.width()) * f64::from(scene.camera.height()));
-        let chosen = choose(scene, methods, settings, &|sample| seconds(sample * parts) / parts, stop);
+        let start = Instant::now();
+        let chosen = choose(scene, methods, settings, &|sample| seconds(sample * parts), stop);
         scene.camera.set_size(width, height);
-        chosen
+        Ok(Choice { pilot_seconds: start.elapsed().as_secs_f64(), ..chosen? })
     }
 }
 
@@ -219,11 +219,10 @@ fn confirm(
         busy.iter().try_for_each(|&m| alone(&of(m)))?;
     }
     take_turns(&mut pilots, stop)?;
-    let pilot_seconds = pilots.iter().map(Pilot::total).sum();
     let found: Vec<(f64, f64)> = pilots.iter().map(|pilot| (pilot.variance(), pilot.seconds())).collect();
     let shares = search::shares(&found[..runs]);
     let time: f64 = found.iter().zip(&shares).map(|((_, seconds), share)| seconds * share).sum();
-    let own = found.get(runs).map_or(f64::NAN, |(variance, seconds)| variance * seconds);
+    let own = found.get(runs).map(|(variance, seconds)| variance * seconds);
     let chosen = busy.iter().enumerate().map(|(i, &m)| {
         let layers = of(m);
         ChosenRun {
@@ -231,20 +230,21 @@ fn confirm(
             layers: layers.iter().map(|layer| layer.label()).collect(),
             time: found[i].1 * shares[i] / time,
             variance: found[i].0 / shares[i],
-            single: found.get(runs + 1 + i).map_or(f64::NAN, |(variance, _)| *variance),
+            single: found.get(runs + 1 + i).map(|(variance, _)| *variance),
         }
     });
     let choice = Choice {
         runs: chosen.collect(),
         single: single.map_or(String::new(), |m| entries[m].method.name().to_owned()),
-        gain: own / search::product(&found[..runs], &shares),
+        gain: own.map(|own| own / search::product(&found[..runs], &shares)).filter(|gain| gain.is_finite()),
         left_out: Vec::new(),
-        pilot_seconds,
+        pilot_seconds: 0.0,
     };
-    // Nothing is won by a division that the second pilot finds worse.
-    match single.filter(|_| choice.gain < 1.0) {
+    // Nothing is won by a division that the second pilot finds worse, or that is none.
+    let is_worse = choice.gain.is_some_and(|gain| gain < 1.0);
+    match single.filter(|single| is_worse || busy == [*single]) {
         Some(single) => {
-            Ok(Choice { gain: 1.0, runs: vec![alone_run(&entries[single], layers, found[runs].0)], ..choice })
+            Ok(Choice { gain: Some(1.0), runs: vec![alone_run(&entries[single], layers, found[runs].0)], ..choice })
         }
         None => Ok(choice),
     }
@@ -253,7 +253,7 @@ fn confirm(
 /// The best method by itself, where no division is better.
 fn alone_run(entry: &Entry, layers: &[Layer], variance: f64) -> ChosenRun {
     let run = run_of(entry, layers, 1.0);
-    ChosenRun { run, layers: layers.iter().map(|l| l.label()).collect(), time: 1.0, variance, single: variance }
+    ChosenRun { run, layers: layers.iter().map(|l| l.label()).collect(), time: 1.0, variance, single: Some(variance) }
 }
 
 fn run_of(entry: &Entry, layers: &[Layer], share: f64) -> Run {

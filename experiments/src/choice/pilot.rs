@@ -101,11 +101,6 @@ impl<'a> Pilot<'a> {
         self.render.seconds() / f64::from(self.render.replicates()) / self.samples
     }
 
-    /// Seconds so far.
-    pub fn total(&self) -> f64 {
-        self.render.seconds()
-    }
-
     /// The variance of one sample of all layers' sum, image and channel mean.
     pub fn variance(&self) -> f64 {
         let squares = self.covariances.squares_of_sum();

@@ -69,7 +69,9 @@ impl Table {
         let own = |row: &&ChoiceRow| row.scene == method.scene && row.label == method.label;
         let Some(row) = result.choices.iter().find(own) else { return };
         let total = Record { order: order_name(None), ..blank.clone() };
-        self.add(Record { quantity: "gain_predicted", value: row.choice.gain, ..total.clone() });
+        if let Some(value) = row.choice.gain {
+            self.add(Record { quantity: "gain_predicted", value, ..total.clone() });
+        }
         if let Some((_, gain)) = &row.gain {
             self.add_estimate(Record { quantity: "gain", ..total }, gain);
         }

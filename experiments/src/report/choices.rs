@@ -17,14 +17,13 @@ pub fn sentences(rows: &[&ChoiceRow]) -> Vec<Sentence> {
             let interval = gain.interval.map_or(String::new(), |(low, high)| {
                 format!(", with 95 % between {} and {}", two_digits(low), two_digits(high))
             });
+            let predicted = row.choice.gain.map_or(String::new(), |gain| format!(" predicted {},", two_digits(gain)));
             sentences.push(plain(format!(
-                "{} has {} times the efficiency of {} on the sum of all orders{interval}; its pilots, which took {} s and are not counted, \
-                 predicted {}.",
+                "{} has {} times the efficiency of {} on the sum of all orders{interval}; the pilots{predicted} took {} s, which are not counted.",
                 brief(&row.label),
                 two_digits(gain.value),
                 brief(best),
-                two_digits(row.choice.pilot_seconds),
-                two_digits(row.choice.gain)
+                two_digits(row.choice.pilot_seconds)
             )));
         }
         sentences.extend(row.choice.left_out.iter().map(|why| plain(format!("{}: {why}.", brief(&row.label)))));
@@ -52,7 +51,9 @@ pub fn tables(m: &mut Markup, rows: &[&ChoiceRow]) {
                         m.line("td", &[], &run.run.method);
                         number_cell(m, run.run.share, percent(run.run.share / all));
                         number_cell(m, run.time, percent(run.time));
-                        [run.variance, measured, run.single].into_iter().for_each(|v| number_cell(m, v, short(v)));
+                        [run.variance, measured, run.single.unwrap_or(f64::NAN)]
+                            .into_iter()
+                            .for_each(|v| number_cell(m, v, short(v)));
                     });
                 }
             });

@@ -162,6 +162,7 @@ mod tests {
             skipped: vec![name.to_owned()],
             notes: vec![name.to_owned()],
             reference: String::new(),
+            composites: std::collections::BTreeMap::new(),
         };
         let record = MethodRecord {
             label: name.to_owned(),

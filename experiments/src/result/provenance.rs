@@ -1,9 +1,11 @@
 //! Where results come from: the manifest.
 
+use crate::choice::Choice;
 use crate::config::Experiment;
 use sampling::sampler::SamplerKind;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use std::collections::BTreeMap;
 
 /// Where results come from: enough to make them again.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -71,6 +73,9 @@ pub struct SceneRecord {
     /// Hash of what its images are judged by; empty where they are not.
     #[serde(default)]
     pub reference: String,
+    /// The runs that were chosen for composites, by their labels.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub composites: BTreeMap<String, Choice>,
 }
 
 /// A method in the manifest.

@@ -98,7 +98,8 @@ fn compositions(rows: &[ChoiceRow]) -> String {
         let runs: Vec<String> = row.choice.runs.iter().map(run).collect();
         let gain = row.gain.as_ref().map_or(String::new(), |(best, gain)| {
             let interval = gain.interval.map_or(String::new(), |(low, high)| format!(" [{low:.3}, {high:.3}]"));
-            format!("; efficiency over {best}: predicted {:.3}, measured {:.3}{interval}", row.choice.gain, gain.value)
+            let predicted = row.choice.gain.map_or(String::new(), |gain| format!("predicted {gain:.3}, "));
+            format!("; efficiency over {best}: {predicted}measured {:.3}{interval}", gain.value)
         });
         format!("{}, {}: {}{gain}\n", row.scene, row.label, runs.join(", "))
     };

@@ -182,12 +182,26 @@ pub struct Growing {
     end: u64,
 }
 
+/// Whether a path still leads to an open file.
+#[cfg(unix)]
+fn is_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let (open, there) = (file.metadata(), fs::metadata(path));
+    open.is_ok_and(|open| there.is_ok_and(|there| (open.dev(), open.ino()) == (there.dev(), there.ino())))
+}
+
+/// Whether a path still leads to a file; one that is open cannot be renamed here.
+#[cfg(not(unix))]
+fn is_at(_: &File, path: &Path) -> bool {
+    path.exists()
+}
+
 impl Growing {
-    /// The file that will be renamed to `place`, from where a process that was ended before has left it.
+    /// The file that will be renamed to `place`, from where a process that was ended before has left it, or a `fresh` one.
     ///
     /// # Errors
     /// If another process is at it, or it cannot be written.
-    pub fn open(place: &Path, head: Head) -> Result<Self, Error> {
+    pub fn open(place: &Path, head: Head, fresh: bool) -> Result<Self, Error> {
         let name = place.file_name().unwrap_or_default().to_string_lossy();
         let beside = place.with_file_name(format!(".{name}.partial"));
         let folder = place.parent().unwrap_or(Path::new("."));
@@ -208,11 +222,14 @@ impl Growing {
                 _ => {}
             }
             // Who had it before may have renamed it between its opening here and its locking.
-            if beside.exists() {
+            if is_at(&file, &beside) {
                 break file;
             }
         };
         let mut growing = Self { head, place: place.to_owned(), beside, file, places: Vec::new(), end: 0 };
+        if fresh {
+            growing.file.set_len(0).map_err(|source| failed("write", &growing.beside, source))?;
+        }
         growing.take_up().map_err(|source| failed("write", &growing.beside, source))?;
         Ok(growing)
     }
@@ -316,7 +333,7 @@ mod tests {
     }
 
     fn grown(place: &Path, replicates: std::ops::Range<u32>) -> Growing {
-        let mut growing = Growing::open(place, head(1)).unwrap();
+        let mut growing = Growing::open(place, head(1), false).unwrap();
         replicates.for_each(|replicate| growing.push(4, replicate, &bytes(replicate)).unwrap());
         growing
     }
@@ -331,19 +348,19 @@ mod tests {
         let length = std::fs::metadata(&beside).unwrap().len();
         // Killed while it wrote the third.
         File::options().write(true).open(&beside).unwrap().set_len(length - 1).unwrap();
-        let growing = Growing::open(&later, head(1)).unwrap();
+        let growing = Growing::open(&later, head(1), false).unwrap();
         assert_eq!(growing.places().iter().map(|place| place.replicate).collect::<Vec<_>>(), [0, 1]);
         let mut read = Vec::new();
         growing.read(&growing.places()[1], |from| from.read_to_end(&mut read)).unwrap();
         assert_eq!(read, bytes(1));
-        assert!(Growing::open(&later, head(1)).err().unwrap().to_string().contains("another process"));
+        assert!(Growing::open(&later, head(1), false).err().unwrap().to_string().contains("another process"));
         drop(growing);
         grown(&later, 2..5).finish().unwrap();
         assert!(std::fs::read(&whole).unwrap() == std::fs::read(&later).unwrap());
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
         // What is left of another shard is not taken up.
         drop(grown(&later, 0..3));
-        assert!(Growing::open(&later, head(2)).unwrap().places().is_empty());
+        assert!(Growing::open(&later, head(2), false).unwrap().places().is_empty());
     }
 
     #[test]

@@ -83,6 +83,7 @@ fn one_run_of_all_orders_has_the_efficiency_of_its_method_and_its_fireflies() {
     )
     .unwrap();
     let replicate = Replicate {
+        number: 0,
         key: sampling::sampler::StreamKey::new(1, "", Role::Estimate, 0),
         sampler: SamplerKind::Independent,
         samples: 4,

@@ -7,7 +7,7 @@
 //! All pairs are kept. Links between groups of elements, as in hierarchical radiosity, would be fewer, but their errors have one sign
 //! in many of them at once, which orders that are measured one by one do not forgive.
 //!
-//! The [solution](solution) does not depend on the view; it is made once, before the first replicate's first sample, whose time and rays
+//! The [solution] does not depend on the view; it is made once, before the first replicate's first sample, whose time and rays
 //! contain it. Camera rays look up the irradiance where they hit; what a surface emits and reflects is read exactly there.
 //! The mesh is refined where an estimate of the error says so: solved on, divided at the worst elements and solved on again, until
 //! there are as many elements as are asked for. Its error does not fall with the samples, but with the elements.
@@ -40,7 +40,7 @@ use solution::Solution;
 use std::f32::consts::FRAC_1_PI;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Elements at the most: their matrix would take 9 GB, or 32 of linear elements.
+/// Elements at the most: their matrix takes 6.4 GB, or 32 of linear elements.
 const MOST_ELEMENTS: u32 = 40_000;
 /// Rays for a pair at the most, before those that matter get more.
 const MOST_RAYS: u32 = 1024;
@@ -52,7 +52,7 @@ const KEPT: usize = 8;
 #[serde(try_from = "u32", into = "u32")]
 pub struct Elements(u32);
 
-/// Rays between two elements that little couples; up to 64 times as many where more does.
+/// Rays between two elements that little couples; up to 128 times as many where more does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "u32", into = "u32")]
 pub struct Rays(u32);
@@ -160,8 +160,8 @@ struct Key {
 }
 
 impl Radiosity {
-    /// The solution, made now unless it was before, and the work that this took.
-    pub fn solve(&self, scene: &Scene, request: &Request) -> (Option<Arc<Solution>>, Counters) {
+    /// The solution, made now unless it was before; `None` where the scene has none.
+    pub fn solve(&self, scene: &Scene, request: &Request) -> Option<Arc<Solution>> {
         let key = Key { scene: scene.hash.clone(), max_order: request.orders().max_order(), tail: request.tail() };
         // Not held during the work: a thread that waits for its parts may be given another's.
         let found = {
@@ -169,15 +169,13 @@ impl Radiosity {
             kept.iter().find(|(of, _)| *of == key).map(|(_, solution)| solution.clone())
         };
         if found.is_some() {
-            return (found, Counters::default());
+            return found;
         }
-        let Some(facets) = scene.facets() else { return (None, Counters::default()) };
-        let solution = Arc::new(Solution::new(scene, facets, request, self));
-        let counters = Counters { shadow: solution.report.rays, ..Counters::default() };
+        let solution = Arc::new(Solution::new(scene, scene.facets()?, request, self));
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         kept.truncate(KEPT - 1);
         kept.insert(0, (key, solution.clone()));
-        (Some(solution), counters)
+        Some(solution)
     }
 }
 
@@ -260,13 +258,13 @@ impl Estimator for Radiosity {
         Some(self.clone())
     }
 
-    fn iterate(&mut self, scene: &Scene, request: &Request, _: &Replicate, _: u32) -> Counters {
-        if self.solution.is_some() {
-            return Counters::default();
+    fn iterate(&mut self, scene: &Scene, request: &Request, replicate: &Replicate, number: u32) -> Counters {
+        if self.solution.is_none() {
+            self.solution = self.solve(scene, request);
         }
-        let (solution, counters) = self.solve(scene, request);
-        self.solution = solution;
-        counters
+        // Once a render, whoever made the solution: another render, or this one before it was interrupted.
+        let counted = self.solution.as_ref().filter(|_| replicate.number == 0 && number == 0);
+        Counters { shadow: counted.map_or(0, |solution| solution.report.rays), ..Counters::default() }
     }
 
     fn estimate<S: Sink>(

@@ -12,6 +12,8 @@ use scenes::{Facet, Scene};
 const TAIL_ERROR: f64 = 1e-6;
 /// So many orders of the tail at the most, for scenes whose largest albedo is 1 or nearly.
 const TAIL_ORDERS: usize = 1000;
+/// By how much a mesh grows into the next at the most.
+const GROWTH: f64 = 2.5;
 /// The first mesh has this part of the elements, if error estimates are to choose among them.
 const FIRST: usize = 16;
 
@@ -64,10 +66,11 @@ impl Solution {
             // Whole triangles say little of the error on them.
             let first = (target / FIRST).max(4 * mesh.elements().len()).min(target);
             grow_evenly(scene, &mut mesh, first);
-            while mesh.elements().len() + 3 <= target {
+            while mesh.elements().len() + 3 <= target && !mesh.elements().is_empty() {
                 let operator = couple(scene, &mesh, settings, &mut report);
-                let orders = orders(&operator, &mesh, last);
-                let count = ((target - mesh.elements().len()) / 3).min(mesh.elements().len().div_ceil(3));
+                // What is beyond order 0 may be all that is asked for.
+                let orders = orders(&operator, &mesh, last.max(1));
+                let count = divisions(mesh.elements().len(), target);
                 let chosen = worst(&errors(&mesh, &orders, settings.basis), count);
                 if chosen.is_empty() {
                     break;
@@ -102,6 +105,15 @@ impl Solution {
     pub fn at(&self, order: usize, (element, at): (usize, DVec2)) -> [f64; 3] {
         self.irradiance(order).map_or([0.0; 3], |irradiance| value(&irradiance[element], at))
     }
+}
+
+/// How many elements are to be divided of so many: meshes grow by the same factor each, at most [`GROWTH`], and the last has what is wanted,
+/// for each costs a matrix.
+fn divisions(elements: usize, target: usize) -> usize {
+    let factor = target as f64 / elements as f64;
+    let meshes = (factor.ln() / GROWTH.ln()).ceil().max(1.0);
+    let next = elements as f64 * factor.powf(meshes.recip());
+    (((next - elements as f64) / 3.0).round() as usize).clamp(1, (target - elements) / 3)
 }
 
 fn couple(scene: &Scene, mesh: &Mesh, settings: &Radiosity, report: &mut Report) -> Operator {
@@ -176,7 +188,11 @@ fn grow_evenly(scene: &Scene, mesh: &mut Mesh, target: usize) {
         let largest = areas.iter().copied().fold(0.0, f64::max);
         // What is a good deal smaller than the largest has time until those are as small.
         let size = |area: f64| if area > 0.3 * largest { area } else { 0.0 };
-        mesh.divide(scene, &worst(&areas.into_iter().map(size).collect::<Vec<_>>(), count));
+        let chosen = worst(&areas.into_iter().map(size).collect::<Vec<_>>(), count);
+        if chosen.is_empty() {
+            break;
+        }
+        mesh.divide(scene, &chosen);
     }
 }
 

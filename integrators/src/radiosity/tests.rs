@@ -157,7 +157,7 @@ fn settings(elements: u32, basis: Basis, refinement: Refinement) -> Radiosity {
 }
 
 fn solved(scene: &Scene, max_order: usize, settings: &Radiosity) -> std::sync::Arc<super::Solution> {
-    settings.solve(scene, &Request::new(Orders::up_to(max_order), true)).0.unwrap()
+    settings.solve(scene, &Request::new(Orders::up_to(max_order), true)).unwrap()
 }
 
 /// All of a closed room's light arrives in it, however fine the mesh: form factors sum to one. Those of a cube's faces are the closed
