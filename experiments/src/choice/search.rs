@@ -77,7 +77,7 @@ fn burden(candidates: &[Candidate], assignment: &[usize]) -> f64 {
 
 /// The best candidate for every layer, and the best of those that carry all; `Err` of a layer that none carries.
 ///
-/// From every candidate's own assignment, and from that of each layer to the best at it alone, it goes down, by giving a stretch of layers to another candidate, until no such change is for the
+/// From every assignment of the lower layers to one candidate and the higher ones to another it goes down, by giving a stretch of layers to another candidate, until no such change is for the
 /// better. (That finds what trying all assignments finds in nearly all cases: see the tests.)
 pub fn best(candidates: &[Candidate]) -> Result<(Vec<usize>, Option<usize>), usize> {
     let layers = candidates.first().map_or(0, |c| c.carries.len());
@@ -88,15 +88,17 @@ pub fn best(candidates: &[Candidate]) -> Result<(Vec<usize>, Option<usize>), usi
     let whole = |m: &usize| candidates[*m].carries.iter().all(|&c| c);
     let alone = |m: usize| burden(candidates, &vec![m; layers]);
     let single = (0..candidates.len()).filter(whole).min_by(|&a, &b| alone(a).total_cmp(&alone(b)));
-    let start = |m: usize| -> Vec<usize> {
-        (0..layers).map(|k| if candidates[m].carries[k] { m } else { carriers(k).next().unwrap_or(m) }).collect()
+    // One candidate as far as to a layer, another from there on; where they do not carry it, the first that does.
+    let start = |(first, second, cut): (usize, usize, usize)| -> Vec<usize> {
+        let of = |k: usize| if k < cut { first } else { second };
+        (0..layers)
+            .map(|k| if candidates[of(k)].carries[k] { of(k) } else { carriers(k).next().unwrap_or(of(k)) })
+            .collect()
     };
-    let by_layer = |k: usize| {
-        let alone = |m: usize| candidates[m].variance(&[k]) * candidates[m].cost.of(&[k]);
-        carriers(k).min_by(|&a, &b| alone(a).total_cmp(&alone(b))).unwrap_or_default()
-    };
-    let starts = (0..candidates.len()).map(start).chain([(0..layers).map(by_layer).collect()]);
-    let found = starts.map(|start| descend(candidates, start));
+    let all = 0..candidates.len();
+    let pairs = all.clone().flat_map(|first| all.clone().map(move |second| (first, second)));
+    let starts = pairs.flat_map(|(first, second)| (0..layers.max(1)).map(move |cut| (first, second, cut)));
+    let found = starts.map(|of| descend(candidates, start(of)));
     let assignment = found.min_by(|a, b| burden(candidates, a).total_cmp(&burden(candidates, b)));
     Ok((assignment.unwrap_or_default(), single))
 }
