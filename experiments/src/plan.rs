@@ -8,7 +8,7 @@ use crate::machine::require_memory;
 use crate::reference::plan::PlannedReference;
 use crate::settings::{differences, table_to_json};
 use crate::source::Source;
-use integrators::composite::{self, Composite};
+use integrators::composite::Composite;
 use integrators::{
     Bias, Integrator, Methods, Orders, PartSettings, Render, RenderError, RenderSettings, Request, render,
 };
@@ -72,7 +72,7 @@ pub struct PlannedMethod {
 impl PlannedMethod {
     /// Whether it is a composite whose runs are still to be chosen.
     pub fn is_open(&self) -> bool {
-        self.method.name() == composite::NAME && Composite::is_open(&self.method.settings())
+        Composite::is_open(&*self.method)
     }
 }
 

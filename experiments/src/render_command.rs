@@ -16,7 +16,7 @@ use crate::statistics_file::{Context, Seconds, Statistics};
 use crate::stop::Stop;
 use crate::subject::{DEFAULT_SPP, Subject};
 use crate::truncation::{DEFAULT_PART, Truncation};
-use integrators::composite::{self, Composite};
+use integrators::composite::Composite;
 use integrators::render::{self, check_window};
 use integrators::{Integrator, Measurement, Methods, Orders, PartSettings, Render, RenderSettings, Window};
 use scenes::Scene;
@@ -30,7 +30,7 @@ use std::time::Instant;
 pub fn render(args: &RenderArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
     let mut job = while_loading(verbosity, || Job::prepare(args, methods))?;
     let pool = budget::pool(args.threads)?;
-    if job.is_open() {
+    if Composite::is_open(&*job.method) {
         if args.image.max_order == Some(MaxOrder::Auto) {
             let message =
                 "a composite's methods are chosen for known orders; name the last one in place of --max-order auto";
@@ -100,11 +100,6 @@ impl Job {
         let parts = parts::settings(args.layers, &args.lpe)?;
         let (choice, truncation) = (None, None);
         Ok(Self { scene, window, method, settings, parts, budget, choice, truncation, output, seconds })
-    }
-
-    /// Whether it is by a composite without runs.
-    fn is_open(&self) -> bool {
-        self.method.name() == composite::NAME && Composite::is_open(&self.method.settings())
     }
 
     /// Chooses the runs of its composite.

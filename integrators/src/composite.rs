@@ -112,11 +112,6 @@ impl Part {
         let orders = whole.orders().clone().only(|k| of_both(&k) && self.method.orders(k).contains(&k));
         Request::new(orders, whole.tail() && self.run.tail).with_parts(whole.parts().clone())
     }
-
-    /// The same, where it is anything.
-    fn asked(&self, whole: &Request) -> Option<Request> {
-        Some(self.request(whole)).filter(|request| !request.layers().is_empty())
-    }
 }
 
 impl Composite {
@@ -156,9 +151,9 @@ impl Composite {
         Ok(Self { parts })
     }
 
-    /// Whether its runs are still to be chosen.
-    pub fn is_open(settings: &Value) -> bool {
-        settings.get("runs").and_then(Value::as_array).is_none_or(Vec::is_empty)
+    /// Whether a method is a composite whose runs are still to be chosen.
+    pub fn is_open(method: &dyn Integrator) -> bool {
+        method.name() == NAME && method.settings().get("runs").and_then(Value::as_array).is_none_or(Vec::is_empty)
     }
 }
 
@@ -231,8 +226,9 @@ impl Integrator for Composite {
     }
 
     fn bytes(&self, pixels: u64, request: &Request) -> u64 {
-        let bytes = |part: &Part| part.method.bytes(pixels, &part.asked(request)?).into();
-        self.parts.iter().filter_map(bytes).sum()
+        let asked = self.parts.iter().map(|part| (part, part.request(request)));
+        let busy = asked.filter(|(_, request)| !request.layers().is_empty());
+        busy.map(|(part, request)| part.method.bytes(pixels, &request)).sum()
     }
 
     fn runs(&self, request: &Request) -> Vec<Request> {

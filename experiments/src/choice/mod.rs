@@ -60,14 +60,23 @@ pub struct ChosenRun {
 }
 
 impl Choice {
+    /// Who does what: `path orders 1, light orders 0, 2 to 8`.
+    pub fn who_does_what(&self) -> String {
+        let run = |run: &ChosenRun| format!("{} orders {}", run.run.method, in_ranges(&run.layers));
+        self.runs.iter().map(run).collect::<Vec<_>>().join(", ")
+    }
+
+    /// The setting that has the same runs again: `runs=path:1:0.2;light:0,2,3:0.8`.
+    pub fn setting(&self) -> String {
+        let brief: Vec<String> = self.runs.iter().map(|run| run.run.brief()).collect();
+        format!("runs={}", brief.join(";"))
+    }
+
     /// Who does what, and how the same is had again.
     pub fn in_words(&self) -> String {
-        let run = |run: &ChosenRun| format!("{} orders {}", run.run.method, in_ranges(&run.layers));
-        let runs: Vec<String> = self.runs.iter().map(run).collect();
-        let brief: Vec<String> = self.runs.iter().map(|run| run.run.brief()).collect();
         let gain = self.gain.map(|gain| format!("; predicted efficiency over {}: {gain:.3}", self.single));
         let gain = gain.unwrap_or_default();
-        format!("{}{gain}; the same runs again: --set 'runs={}'", runs.join(", "), brief.join(";"))
+        format!("{}{gain}; the same runs again: --set '{}'", self.who_does_what(), self.setting())
     }
 
     /// The composite.

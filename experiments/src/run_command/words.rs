@@ -1,6 +1,5 @@
 //! What `neumann run` says of its results on the console.
 
-use crate::choice::{ChosenRun, in_ranges};
 use crate::cli::print;
 use crate::error::Error;
 use crate::progress::Verbosity;
@@ -94,14 +93,12 @@ fn ratios(rows: &[RatioRow]) -> String {
 /// A line for every composite: who does what, and what that has gained.
 fn compositions(rows: &[ChoiceRow]) -> String {
     let line = |row: &ChoiceRow| {
-        let run = |run: &ChosenRun| format!("{} orders {}", run.run.method, in_ranges(&run.layers));
-        let runs: Vec<String> = row.choice.runs.iter().map(run).collect();
         let gain = row.gain.as_ref().map_or(String::new(), |(best, gain)| {
             let interval = gain.interval.map_or(String::new(), |(low, high)| format!(" [{low:.3}, {high:.3}]"));
             let predicted = row.choice.gain.map_or(String::new(), |gain| format!("predicted {gain:.3}, "));
             format!("; efficiency over {best}: {predicted}measured {:.3}{interval}", gain.value)
         });
-        format!("{}, {}: {}{gain}\n", row.scene, row.label, runs.join(", "))
+        format!("{}, {}: {}{gain}\n", row.scene, row.label, row.choice.who_does_what())
     };
     rows.iter().map(line).collect()
 }

@@ -36,8 +36,7 @@ pub fn compose(
         let place = &mut plan.scenes[scene].scene;
         let choice: Choice =
             progress.during(1.0, |_| states.chosen(&unit, || Choice::new(place, methods, &settings, &takes, stop)))?;
-        let runs: Vec<String> = choice.runs.iter().map(|chosen| chosen.run.brief()).collect();
-        let (setting, method) = (format!("runs={}", runs.join(";")), choice.composite(methods)?);
+        let (setting, method) = (choice.setting(), choice.composite(methods)?);
         let planned = PlannedMethod { label, entry, sampler, setting, method };
         plan.scenes[scene].chosen.push(ChosenMethod { planned, choice });
     }
