@@ -46,10 +46,10 @@ impl Spectrum {
         self.0.element_sum() * (1.0 / 3.0)
     }
 
-    /// The relative luminance Y of ITU-R BT.709.
+    /// The relative luminance Y, of the primaries and the white of ITU-R BT.709.
     #[inline]
     pub fn luminance(self) -> f32 {
-        self.0.dot(Vec3A::new(0.2126, 0.7152, 0.0722))
+        self.0.dot(Vec3A::new(0.212_671, 0.715_160, 0.072_169))
     }
 
     /// Whether every channel is zero.

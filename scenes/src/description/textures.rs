@@ -16,9 +16,6 @@ use crate::import::translation::Attachment;
 use crate::suggest::{did_you_mean, near_file};
 use crate::texture::{Channel, Encoding, Image, ImageTexture, Noise, Texture, UvMap, Wrap};
 
-/// The place of alpha in [`Channel::NAMES`].
-const ALPHA: usize = 3;
-
 /// A file, the encoding declared for it, and the one that holds otherwise.
 type Decoding = (PathBuf, Option<Encoding>, Encoding);
 
@@ -82,10 +79,10 @@ impl<'f> Textures<'f> {
         let encodings = [Encoding::Srgb, Encoding::Linear];
         let declared = choice(table, "encoding", &Encoding::NAMES)?.map(|place| encodings[place]);
         let wrap = choice(table, "wrap", &Wrap::NAMES)?.map_or(Wrap::Repeat, |place| Wrap::ALL[place]);
-        let channel = choice(table, "channel", &Channel::NAMES)?.map_or(Channel::Colour, Channel::One);
+        let channel = choice(table, "channel", &Channel::NAMES)?.map_or(Channel::Colour, |place| Channel::NAMED[place]);
         let scale = table.get("scale").map_or(Ok(Spectrum::ONE), |scale| scale.colour())?;
         let image = self.file(&table.need("image", "\"wood.png\"")?, declared, otherwise)?;
-        if let (Channel::One(ALPHA), false, Some(value)) = (channel, image.has_alpha(), table.get("channel")) {
+        if let (Channel::ALPHA, false, Some(value)) = (channel, image.has_alpha(), table.get("channel")) {
             return Err(value.error("the image has no alpha; name another channel, such as `r`"));
         }
         Ok(Texture::Image(ImageTexture { image, wrap, map: uv_map(table)?, channel, scale }))

@@ -158,7 +158,7 @@ fn distribution<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<&'
 
 /// A width of facets, at most 1.
 fn alpha<'a>(plugin: &Plugin<'a>, name: &str, context: &mut Context<'a>) -> Result<Texture, SceneError> {
-    let alpha = texture::parameter(plugin, name, Index, 0.1, context)?;
+    let alpha = texture::number(plugin, name, Index, 0.1, context)?;
     match alpha.number() {
         Some(width) if width > 1.0 => {
             context.approximate(plugin.place(), format!("an `{name}` above 1 is taken as 1"));
@@ -234,7 +234,7 @@ fn glossy<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Descript
     }
     plugin.skip(&["specular_sampling_weight"]);
     if plugin.kind() == "phong" {
-        let n = texture::parameter(plugin, "exponent", Index, 30.0, context)?;
+        let n = texture::number(plugin, "exponent", Index, 30.0, context)?;
         return Ok(Description::new("phong", place).with("kd", kd).with("ks", ks).with("n", n));
     }
     if let Some(variant @ ("ward" | "ward-duer")) = plugin.text("variant")? {

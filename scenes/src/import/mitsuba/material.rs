@@ -341,7 +341,7 @@ pub fn layered<'a>(
 ) -> Result<Description, SceneError> {
     let place = plugin.place();
     let own = match plugin.kind() {
-        "mask" => Some(texture::parameter(plugin, "opacity", Quantity::Reflectance, 0.5, context)?),
+        "mask" => Some(texture::number(plugin, "opacity", Quantity::Reflectance, 0.5, context)?),
         _ => {
             let named = ["normalmap", "texture", "bumpmap"]
                 .into_iter()
@@ -373,8 +373,8 @@ pub fn layered<'a>(
                 shadowing: plugin.boolean("use_shadowing_function")?.unwrap_or(true),
             };
             let relief = match kind {
-                "normalmap" => Some(("normal_map", linear(own))),
-                _ => match linear(own).scaled([scale; 3]) {
+                "normalmap" => Some(("normal_map", own)),
+                _ => match own.luminance().scaled([scale; 3]) {
                     Some(heights) if heights.constant().is_none() => Some(("bump_map", heights)),
                     _ => None,
                 },
@@ -383,14 +383,4 @@ pub fn layered<'a>(
         }
     }
     Ok(description)
-}
-
-/// An image of numbers, not of colours.
-fn linear(texture: Texture) -> Texture {
-    match texture {
-        Texture::Image { file, wrap, scale, map, encoding } => {
-            Texture::Image { file, wrap, scale, map, encoding: encoding.map(|_| "linear") }
-        }
-        other => other,
-    }
 }

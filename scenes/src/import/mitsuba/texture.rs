@@ -18,12 +18,28 @@ use crate::import::translation::{colour, numbers, quoted};
 pub enum Texture {
     /// One colour.
     Constant([f64; 3]),
-    /// An image, times a colour.
-    Image { file: String, encoding: Option<&'static str>, wrap: &'static str, scale: [f64; 3], map: UvMap },
+    /// An image, or its luminance, times a colour.
+    Image(Image),
     /// Squares.
     Checkerboard { values: [[f64; 3]; 2], map: UvMap },
     /// Colours of a mesh's vertices.
     VertexColours,
+}
+
+/// An image over a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    file: String,
+    encoding: Option<&'static str>,
+    wrap: &'static str,
+    grey: bool,
+    scale: [f64; 3],
+    map: UvMap,
+}
+
+/// The luminance of a colour in linear sRGB; of a grey that grey.
+pub fn luminance([r, g, b]: [f64; 3]) -> f64 {
+    if r == g && g == b { r } else { 0.212_671 * r + 0.715_160 * g + 0.072_169 * b }
 }
 
 /// Where in a pattern a point lies: `uv · scale + offset`.
@@ -67,14 +83,25 @@ impl Texture {
 
     /// Its number, if it has but one.
     pub fn number(&self) -> Option<f64> {
-        self.constant().map(|[r, g, b]| if r == g && g == b { r } else { (r + g + b) / 3.0 })
+        self.constant().map(luminance)
+    }
+
+    /// Its luminance.
+    pub fn luminance(self) -> Self {
+        let grey = |colour| [luminance(colour); 3];
+        match self {
+            Self::Constant(colour) => Self::Constant(grey(colour)),
+            Self::Image(image) => Self::Image(Image { grey: true, ..image }),
+            Self::Checkerboard { values, map } => Self::Checkerboard { values: values.map(grey), map },
+            Self::VertexColours => self,
+        }
     }
 
     /// What it is about everywhere.
     pub fn mean(&self) -> [f64; 3] {
         match self {
             Self::Constant(colour) => *colour,
-            Self::Image { scale, .. } => scale.map(|c| 0.5 * c),
+            Self::Image(image) => image.scale.map(|c| 0.5 * c),
             Self::Checkerboard { values: [a, b], .. } => std::array::from_fn(|c| 0.5 * (a[c] + b[c])),
             Self::VertexColours => [0.5; 3],
         }
@@ -85,9 +112,7 @@ impl Texture {
         let times = |a: [f64; 3]| std::array::from_fn(|c| a[c] * by[c]);
         match self {
             Self::Constant(colour) => Some(Self::Constant(times(colour))),
-            Self::Image { file, encoding, wrap, scale, map } => {
-                Some(Self::Image { file, encoding, wrap, scale: times(scale), map })
-            }
+            Self::Image(image) => Some(Self::Image(Image { scale: times(image.scale), ..image })),
             Self::Checkerboard { values, map } => Some(Self::Checkerboard { values: values.map(times), map }),
             Self::VertexColours if by == [1.0; 3] => Some(self),
             Self::VertexColours => None,
@@ -99,25 +124,44 @@ impl Texture {
         let shape = if turned { UvMap::TURNED } else { UvMap::IDENTITY };
         match self {
             Self::Constant(value) => colour(*value),
-            Self::Image { file, encoding, wrap, scale, map } => {
-                let mut text = format!("{{ image = {}", quoted(file));
-                if let Some(encoding) = encoding {
-                    text += &format!(", encoding = \"{encoding}\"");
-                }
-                if *wrap != "repeat" {
-                    text += &format!(", wrap = \"{wrap}\"");
-                }
-                if *scale != [1.0; 3] {
-                    text += &format!(", scale = {}", colour(*scale));
-                }
-                text + &shape.then(*map).then(UvMap::TURNED).keys() + " }"
-            }
+            Self::Image(image) => image.toml(shape),
             Self::Checkerboard { values: [a, b], map } => {
                 format!("{{ checkerboard = [{}, {}]{} }}", colour(*a), colour(*b), shape.then(*map).keys())
             }
             Self::VertexColours => "{ vertex_colours = true }".to_string(),
         }
     }
+}
+
+impl Image {
+    /// As TOML, on a shape whose coordinates are Mitsuba's by `shape`.
+    fn toml(&self, shape: UvMap) -> String {
+        let mut text = format!("{{ image = {}", quoted(&self.file));
+        if let Some(encoding) = self.encoding {
+            text += &format!(", encoding = \"{encoding}\"");
+        }
+        if self.wrap != "repeat" {
+            text += &format!(", wrap = \"{}\"", self.wrap);
+        }
+        if self.grey {
+            text += ", channel = \"luminance\"";
+        }
+        if self.scale != [1.0; 3] {
+            text += &format!(", scale = {}", colour(self.scale));
+        }
+        text + &shape.then(self.map).then(UvMap::TURNED).keys() + " }"
+    }
+}
+
+/// The parameter `name`, a number or a texture, of whose colours Mitsuba takes the luminance.
+pub fn number<'a>(
+    plugin: &Plugin<'a>,
+    name: &str,
+    quantity: Quantity,
+    otherwise: f64,
+    context: &mut Context<'a>,
+) -> Result<Texture, SceneError> {
+    parameter(plugin, name, quantity, otherwise, context).map(Texture::luminance)
 }
 
 /// The parameter `name`, a colour or a texture.
@@ -166,7 +210,7 @@ pub fn read<'a>(element: &'a Element, quantity: Quantity, context: &mut Context<
     context.mapped(
         element,
         match texture {
-            Texture::Image { .. } => "an `image`",
+            Texture::Image(_) => "an `image`",
             Texture::Checkerboard { .. } => "a `checkerboard`",
             Texture::VertexColours => "`vertex_colours`",
             Texture::Constant(_) => "a colour",
@@ -227,7 +271,7 @@ fn bitmap<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Texture,
         context.approximate(plugin.place(), format!("the `wrap_mode_v` `{other}` is taken as `{wrap}`, as along u"));
     }
     plugin.skip(&["format", "accel", "max_anisotropy", "cache"]);
-    Ok(Texture::Image { file, encoding, wrap, scale: [1.0; 3], map: uv_map(plugin, context)? })
+    Ok(Texture::Image(Image { file, encoding, wrap, grey: false, scale: [1.0; 3], map: uv_map(plugin, context)? }))
 }
 
 /// `to_uv`, or `uscale`, `vscale`, `uoffset`, `voffset` of older files.
@@ -257,7 +301,10 @@ mod tests {
     #[test]
     fn images_stand_upright_on_obj_files_and_are_turned_over_on_the_rest() {
         let map = UvMap { scale: DVec2::new(2.0, 3.0), offset: DVec2::new(0.0, 0.25) };
-        let image = |map| Texture::Image { file: "a.png".into(), encoding: None, wrap: "repeat", scale: [1.0; 3], map };
+        let image = |map| {
+            let file = "a.png".into();
+            Texture::Image(Image { file, encoding: None, wrap: "repeat", grey: false, scale: [1.0; 3], map })
+        };
         assert_eq!(image(UvMap::IDENTITY).toml(true), "{ image = \"a.png\" }");
         let turned = "{ image = \"a.png\", uv_scale = [1.0, -1.0], uv_offset = [0.0, 1.0] }";
         assert_eq!(image(UvMap::IDENTITY).toml(false), turned);

@@ -34,36 +34,6 @@ struct Film {
     place: Place,
 }
 
-/// By what the film multiplies light: the time of exposure, times the film's speed over 100.
-pub fn exposure(options: &Options, context: &mut Context) -> Result<f64, SceneError> {
-    let Some(film) = &options.film else { return Ok(1.0) };
-    let time = match &options.camera {
-        Some((camera, _)) => camera.float_or("shutterclose", 1.0)? - camera.float_or("shutteropen", 0.0)?,
-        None => 1.0,
-    };
-    let iso = film.float_or("iso", 100.0)?;
-    if let Some(sensor) = film.text("sensor")?.filter(|sensor| *sensor != "cie1931") {
-        let sensor = super::lexer::shown(sensor);
-        context.approximate(film.place_of("sensor"), format!("the `sensor` `{sensor}` is taken as `cie1931`"));
-    }
-    if film.float_or("whitebalance", 0.0)? != 0.0 {
-        context.approximate(film.place_of("whitebalance"), "the `whitebalance` of a film is left out");
-    }
-    let exposure = time * iso / 100.0;
-    // v3 has a `scale` of its film.
-    let exposure = exposure * film.float_or("scale", 1.0)?;
-    if exposure <= 0.0 {
-        return Err(film
-            .place
-            .error(format!("the film multiplies light by {exposure}"), "give a time and a speed above 0"));
-    }
-    if exposure != 1.0 {
-        let text = format!("the film multiplies light by {exposure}; every emitter is so much brighter");
-        context.note(NoteKind::Mapped, &film.place, text);
-    }
-    Ok(exposure)
-}
-
 /// The table `[camera]`.
 pub fn write(options: &Options, root: &Place, context: &mut Context) -> Result<Lines, SceneError> {
     let Some((camera, to_camera)) = &options.camera else {

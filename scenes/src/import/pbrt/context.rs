@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use super::parameters::Parameters;
+use super::sensor::Sensor;
 use crate::error::SceneError;
 use crate::import::ledger::{Meshes, Missing, Names};
 use crate::import::translation::{Lines, NoteKind, Notes, Place, named_from};
@@ -44,8 +45,8 @@ pub struct Context {
     visits: usize,
     /// Whether there is an environment.
     pub has_environment: bool,
-    /// By what the film multiplies light.
-    pub exposure: f64,
+    /// What the film's sensor makes of light.
+    pub sensor: Sensor,
 }
 
 impl Context {
@@ -68,7 +69,7 @@ impl Context {
             nesting: 0,
             visits: 0,
             has_environment: false,
-            exposure: 1.0,
+            sensor: Sensor::PLAIN,
         }
     }
 

@@ -2,7 +2,7 @@
 //!
 //! `lexer` and `parser` read the text, `parameters` looks values up, `state` carries directives out, `context` keeps what is
 //! known meanwhile; `transform`, `spectrum`, `texture`, `material` with `model`, `shape` with `triangles`, `object`, `light` and
-//! `camera` each write what a kind of thing becomes in the language of scene files. `docs/importers.md` has the table of what is exact, what
+//! `camera` with `sensor` each write what a kind of thing becomes in the language of scene files. `docs/importers.md` has the table of what is exact, what
 //! is near, and what is left out.
 
 mod camera;
@@ -14,6 +14,7 @@ mod model;
 mod object;
 mod parameters;
 mod parser;
+mod sensor;
 mod shape;
 mod spectrum;
 mod state;

@@ -115,23 +115,25 @@ pub fn colour(parameter: &Parameter, quantity: Quantity, context: &mut Context) 
     Ok(context.notes.bounded(rgb, most, place))
 }
 
-/// The light that a parameter describes, times `scale` and the film's exposure; white where it is missing.
+/// The light that a parameter describes, times `scale`, as the sensor shows it; white where it is missing.
 pub fn light(parameters: &Parameters, name: &str, context: &mut Context) -> Result<[f64; 3], SceneError> {
     let rgb = match parameters.find(name) {
         Some(parameter) => colour(parameter, Quantity::Emission, context)?,
         None => [1.0; 3],
     };
-    let scale = scale(parameters, context)?;
-    Ok(std::array::from_fn(|c| rgb[c] * scale[c]))
+    let scale = own_scale(parameters, context)?;
+    Ok(context.sensor.shows(std::array::from_fn(|c| rgb[c] * scale[c])))
 }
 
-/// `scale` of a light, a colour before v4, times the film's exposure.
+/// `scale` of a light that has an image, as the sensor shows it.
 pub fn scale(parameters: &Parameters, context: &mut Context) -> Result<[f64; 3], SceneError> {
-    let scale = match parameters.find("scale") {
-        Some(parameter) => colour(parameter, Quantity::Emission, context)?,
-        None => [1.0; 3],
-    };
-    Ok(scale.map(|c| c * context.exposure))
+    let (scale, factor) = (own_scale(parameters, context)?, context.sensor.factor());
+    Ok(std::array::from_fn(|c| scale[c] * factor[c]))
+}
+
+/// `scale` of a light, a colour before v4.
+fn own_scale(parameters: &Parameters, context: &mut Context) -> Result<[f64; 3], SceneError> {
+    parameters.find("scale").map_or(Ok([1.0; 3]), |parameter| colour(parameter, Quantity::Emission, context))
 }
 
 fn from_xyz([x, y, z]: [f64; 3]) -> [f64; 3] {
@@ -243,7 +245,7 @@ fn black_body(list: &[f64], quantity: Quantity, place: &Place) -> Result<[f64; 3
 }
 
 /// Planck's law, up to a factor.
-fn planck(nanometres: f64, kelvin: f64) -> f64 {
+pub fn planck(nanometres: f64, kelvin: f64) -> f64 {
     let wavelength = nanometres * 1e-9;
     1e-33 / (wavelength.powi(5) * (0.014_387_768_77 / (wavelength * kelvin)).exp_m1())
 }

@@ -6,12 +6,13 @@ use std::rc::Rc;
 
 use glam::DMat4;
 
-use super::camera::{self, Options};
+use super::camera::Options;
 use super::context::{Context, file_name};
 use super::material::Material;
 use super::object::{Object, Objects};
 use super::parameters::Parameters;
 use super::parser::{Parameter, Parser, Statement};
+use super::sensor::Sensor;
 use super::shape::{self, Record};
 use super::{light, transform};
 use crate::error::SceneError;
@@ -266,7 +267,7 @@ impl<'c> State<'c> {
         }
         self.graphics.map = DMat4::IDENTITY;
         self.systems.insert("world".to_string(), DMat4::IDENTITY);
-        self.context.exposure = camera::exposure(&self.options, self.context)?;
+        self.context.sensor = Sensor::read(&self.options, self.context)?;
         Ok(())
     }
 

@@ -18,7 +18,7 @@ pub fn describe<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<De
             .approximate(place, "a `principledthin` is a surface of a body here, and lets no light through diffusely");
     }
     let base_color = texture::parameter(plugin, "base_color", Reflectance, 0.5, context)?;
-    let mut number = |name: &str, otherwise: f64| texture::parameter(plugin, name, Reflectance, otherwise, context);
+    let mut number = |name: &str, otherwise: f64| texture::number(plugin, name, Reflectance, otherwise, context);
     let glass = number("spec_trans", 0.0)?;
     let (sheen, sheen_tint) = (number("sheen", 0.0)?, number("sheen_tint", 0.0)?);
     let roughness = match number("roughness", 0.5)? {
@@ -68,7 +68,7 @@ fn index(plugin: &Plugin) -> Result<f64, SceneError> {
 
 /// The largest channel of a colour over its luminance.
 fn largest_over_luminance([r, g, b]: [f64; 3]) -> f64 {
-    let luminance = 0.212_671 * r + 0.715_160 * g + 0.072_169 * b;
+    let luminance = texture::luminance([r, g, b]);
     if luminance > 0.0 { r.max(g).max(b) / luminance } else { 1.0 }
 }
 

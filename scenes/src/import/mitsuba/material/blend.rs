@@ -17,7 +17,7 @@ pub fn blend<'a>(plugin: &Plugin<'a>, setting: Setting, context: &mut Context<'a
         parts.push(describe(part, setting, context)?.for_mix(context));
     }
     let amounts: Vec<Texture> = if plugin.kind() == "blendbsdf" {
-        vec![texture::parameter(plugin, "weight", Quantity::Reflectance, 0.5, context)?]
+        vec![texture::number(plugin, "weight", Quantity::Reflectance, 0.5, context)?]
     } else {
         shares(plugin, parts.len(), context)?.into_iter().map(Texture::grey).collect()
     };

@@ -21,7 +21,7 @@ use sampling::vec3;
 /// What the values may be off: the digits that are written, and directions that are rounded where they graze a tilted face.
 const SLACK: f32 = 1e-4;
 
-/// The images of heights and of normals.
+/// The images of heights, of normals and of colours.
 fn images(folder: &Path) {
     let side = 8;
     let heights =
@@ -31,6 +31,9 @@ fn images(folder: &Path) {
         [[53, 29, 7], [31, 67, 11]].map(|[a, b, c]| move |x, y| ((a * x + b * y + c * x * y) % 128 + 64) as u8);
     let normals = image::RgbImage::from_fn(side, side, |x, y| image::Rgb([u(x, y), v(x, y), 220]));
     normals.save(folder.join("n.png")).unwrap();
+    let colour = |x: u32, y: u32| [(x * 71 + y * 29) % 256, (x * 13 + y * 101) % 256, (x * y * 37 + 90) % 256];
+    let colours = image::RgbImage::from_fn(side, side, |x, y| image::Rgb(colour(x, y).map(|c| c as u8)));
+    colours.save(folder.join("c.png")).unwrap();
 }
 
 fn scene_of(shape: &str) -> Scene {

@@ -78,6 +78,17 @@ fn filters_and_exposure() {
     assert_eq!(filter("PixelFilter \"box\""), "box");
     let bright = scene("Camera \"perspective\" \"float shutterclose\" .5 Film \"rgb\" \"float iso\" 400");
     assert_eq!(bright["shapes"][1]["emission"].as_float(), Some(2.0));
+    // Daylight of 5000 K is white on a film that is balanced for it.
+    let balanced = scene("Camera \"perspective\" Film \"rgb\" \"float whitebalance\" 5000");
+    let blueish = vector(&balanced["shapes"][1]["emission"]);
+    assert!(blueish[0] < 0.9 && blueish[2] > 1.2, "{blueish:?}");
+    let film = "Camera \"perspective\" Film \"rgb\" \"float whitebalance\" 5000 \"float iso\" 200";
+    let text =
+        format!("{film}\nWorldBegin AreaLightSource \"diffuse\" \"spectrum L\" \"stdillum-D50\" Shape \"sphere\"");
+    let translation = open(&folder(&[("a.pbrt", text.as_str())])).unwrap();
+    let white = vector(&table(&translation)["shapes"][0]["emission"]);
+    assert!(white.iter().all(|c| (c - 2.0).abs() < 0.01), "{white:?}");
+    assert_eq!(notes(&translation, NoteKind::Approximated).len(), 1);
 }
 
 #[test]
