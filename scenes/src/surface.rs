@@ -140,17 +140,11 @@ impl Attributes {
     /// The interpolated normal of a triangle at barycentric coordinates `b`, on the side of `ng`; `ng` where it vanishes.
     #[inline]
     pub fn normal(&self, id: u32, b: Vec2, ng: Vec3) -> Vec3 {
-        self.mapped_normal(id, b, ng, |n| n)
-    }
-
-    /// The same where every vertex normal is mapped before; `ng` is the triangle's normal then.
-    #[inline]
-    pub fn mapped_normal(&self, id: u32, b: Vec2, ng: Vec3, map: impl Fn(Vec3) -> Vec3) -> Vec3 {
         if self.normals.is_empty() {
             return ng;
         }
         let vertices = self.triangles[(id - self.first) as usize];
-        let [n0, n1, n2] = vertices.map(|vertex| map(self.normals[vertex as usize]));
+        let [n0, n1, n2] = vertices.map(|vertex| self.normals[vertex as usize]);
         let normal = n0 * (1.0 - b.x - b.y) + n1 * b.x + n2 * b.y;
         match normal.try_normalize() {
             Some(ns) if ns.dot(ng) >= 0.0 => ns,

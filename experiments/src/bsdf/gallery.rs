@@ -2,6 +2,7 @@
 
 use super::{albedo, draw, incident, is_whole};
 use crate::error::Error;
+use crate::export::notation::enumerated;
 use crate::export::write_atomically;
 use sampling::bsdf::{Argument, Arguments, Bsdf, Domain, ModelEntry, Parameter, Preset};
 use std::path::Path;
@@ -14,12 +15,14 @@ const ANGLES: [f32; 3] = [0.0, 60.0, 85.0];
 /// # Errors
 /// If a file can't be written.
 pub fn write(folder: &Path) -> Result<(), Error> {
-    let mut page = String::from(
+    let by_example = Bsdf::MODELS.iter().filter(|entry| preset(entry).is_none());
+    let by_example = enumerated(by_example.map(|entry| format!("`{}`", entry.name)).collect());
+    let mut page = format!(
         "# Scattering models\n\n\
          Made by `neumann bsdf --gallery --out docs/bsdfs`.\n\
          Each model is shown as it is when nothing is said of its parameters: as a ball, in the plane of incidence (the radius\n\
          is the cube root of f cos θ), and over all directions (rings are delta lobes, larger for a larger share).\n\
-         `mix`, `merl` and `distribution_based`, which need something said, are shown by an example.\n\
+         {by_example}, which need something said, are shown by an example.\n\
          Try others with `neumann bsdf MODEL --set parameter=value`.\n",
     );
     for entry in Bsdf::MODELS {
@@ -30,10 +33,15 @@ pub fn write(folder: &Path) -> Result<(), Error> {
     Ok(write_atomically(&folder.join("README.md"), page.as_bytes())?)
 }
 
+/// The model as it is when nothing is said, unless something must be.
+fn preset(entry: &ModelEntry) -> Option<Bsdf> {
+    let preset = || (entry.from_arguments)(&Arguments::presets(entry.parameters)).ok();
+    is_whole(entry).then(preset).flatten()
+}
+
 /// The model as it is when nothing is said; its first example where something must be.
 fn shown(entry: &ModelEntry) -> Bsdf {
-    let preset = || (entry.from_arguments)(&Arguments::presets(entry.parameters)).ok();
-    is_whole(entry).then(preset).flatten().unwrap_or_else(|| (entry.examples)()[0])
+    preset(entry).unwrap_or_else(|| (entry.examples)()[0])
 }
 
 fn section(entry: &ModelEntry, bsdf: &Bsdf) -> String {

@@ -103,12 +103,12 @@ impl BsdfModel for Tinted {
         let (green, blue) = (Spectrum::new(0.2, 1.0, 0.3), Spectrum::new(0.1, 0.0, 0.9));
         let kept = |model: Bsdf| model.kept();
         vec![
+            Self::new(kept(RoughPlastic::new(Spectrum::new(0.9, 0.5, 0.0), 1.5, 0.3).into()), green, blue),
             Self::new(&RED, green, blue),
             Self::new(&GLASS, green, blue),
             Self::new(kept(RoughConductor::from_reflectance(Spectrum::splat(0.9), 0.05, 0.2).into()), green, blue),
             Self::new(kept(RoughDielectric::new(1.5, 0.3, 0.3).into()), green, blue),
             Self::new(kept(Plastic::new(Spectrum::new(0.9, 0.5, 0.0), 1.5).into()), green, blue),
-            Self::new(kept(RoughPlastic::new(Spectrum::new(0.9, 0.5, 0.0), 1.5, 0.3).into()), green, blue),
             Self::new(kept(RoughPlastic::new(Spectrum::ONE, 1.5, Ggx::MIN_ALPHA).into()), Spectrum::ZERO, blue),
         ]
     }

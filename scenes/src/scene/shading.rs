@@ -91,7 +91,8 @@ impl Scene {
                 let ns = match self.surfaces[info.surface as usize].attributes {
                     None => ng,
                     Some(attributes) => {
-                        self.attributes[attributes as usize].mapped_normal(id, b, ng, |n| instance.normal_to_world(n))
+                        let own = self.attributes[attributes as usize].normal(id, b, info.ng);
+                        if own == info.ng { ng } else { instance.normal_to_world(own) }
                     }
                 };
                 (index, t, p, ng, ns, info.residual, info.surface)

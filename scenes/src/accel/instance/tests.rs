@@ -82,13 +82,14 @@ fn both(random: &mut Random, count: usize, similarity: bool, skip: Skip) -> [Sce
     [built(placed, skip), built(copied, skip)]
 }
 
-/// Whether points of two scenes are alike; a copy's surface has a number of its own.
-fn alike(scenes: [&Scene; 2], a: &Interaction, b: &Interaction) -> bool {
+/// Whether points of two scenes are alike; a copy's surface has a number of its own. Smooth normals are, where they need not be mapped
+/// before they are interpolated; elsewhere Mitsuba's values are in the tests of its scenes.
+fn alike(scenes: [&Scene; 2], a: &Interaction, b: &Interaction, similarity: bool) -> bool {
     let near = |a: Vec3, b: Vec3, scale: f32| (a - b).length() <= 2e-5 * scale;
     (a.t - b.t).abs() <= 2e-5 * a.t.max(1.0)
         && near(a.point.p, b.point.p, 10.0)
         && near(a.point.ng, b.point.ng, 5.0)
-        && near(a.ns(), b.ns(), 5.0)
+        && (!similarity || near(a.ns(), b.ns(), 5.0))
         && scenes[0].material_of(a) == scenes[1].material_of(b)
 }
 
@@ -114,7 +115,7 @@ fn instances_are_met_where_copies_are() {
             assert_eq!(place(&portable.intersect(&ray)), place(&hits[0]), "{ray:?}");
             let same = match &hits {
                 [None, None] => true,
-                [Some(a), Some(b)] => alike([&placed, &copied], a, b),
+                [Some(a), Some(b)] => alike([&placed, &copied], a, b, similarity),
                 _ => false,
             };
             met += usize::from(hits[0].is_some());
@@ -182,7 +183,7 @@ fn what_varies_over_an_instance_varies_as_over_a_copy() {
         };
         let same = match (&a, &b) {
             (None, None) => true,
-            (Some(a), Some(b)) => alike([&placed, &copied], a, b) && frames(a, b) && values(a, b),
+            (Some(a), Some(b)) => alike([&placed, &copied], a, b, true) && frames(a, b) && values(a, b),
             _ => false,
         };
         met += usize::from(a.is_some());

@@ -23,6 +23,10 @@ pub struct Context<'a> {
     base: PathBuf,
     /// The camera, once it is found.
     pub camera: Option<Lines>,
+    /// Whether the series ends.
+    pub ends: bool,
+    /// Where the first mask is.
+    pub mask: Option<Place>,
     /// What is written so far.
     pub materials: Lines,
     /// What is written so far.
@@ -60,6 +64,8 @@ impl<'a> Context<'a> {
             folders: &xml.folders,
             base: base.to_path_buf(),
             camera: None,
+            ends: false,
+            mask: None,
             materials: Lines::default(),
             shapes: Lines::default(),
             emitters: Lines::default(),

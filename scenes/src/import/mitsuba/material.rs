@@ -358,6 +358,9 @@ pub fn layered<'a>(
     };
     let mut description = describe(inner, setting, context)?;
     let scale = plugin.float_or("scale", 1.0)?;
+    if plugin.kind() == "mask" && context.mask.is_none() {
+        context.mask = Some(place.clone());
+    }
     match plugin.kind() {
         "mask" if description.opacity.is_some() => {
             context.approximate(place, "of two masks one over the other only the outer is kept");

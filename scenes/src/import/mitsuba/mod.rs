@@ -68,6 +68,10 @@ pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, Sc
         }
     }
     context.check_files()?;
+    if let (Some(mask), true) = (context.mask.clone(), context.ends) {
+        let text = "light that passes a mask keeps its order here, where Mitsuba counts it towards `max_depth`";
+        context.approximate(&mask, text);
+    }
     let camera = context.camera.ok_or_else(|| {
         xml.root.place.error("the scene has no sensor", "add `<sensor type=\"perspective\">` with a `to_world`")
     })?;
@@ -93,6 +97,7 @@ fn integrator<'a>(element: &'a Element, head: &mut Lines, context: &mut Context<
     match depth {
         Some(depth) if depth >= 1 && depth - 1 <= HIGHEST_ORDER => {
             head.key(at, "max_order", depth - 1);
+            context.ends = true;
             context.note(NoteKind::Mapped, at, format!("`max_depth` {depth} becomes `max_order` {}", depth - 1));
         }
         Some(0) => context.approximate(at, "a `max_depth` of 0 renders nothing, and is left out"),

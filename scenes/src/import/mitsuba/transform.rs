@@ -1,6 +1,6 @@
 //! Transforms: every kind of step, the first applied first.
 
-use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
+use glam::{DMat3, DMat4, DVec3, DVec4};
 
 use super::context::Context;
 use super::plugin::{finite, finite_list};
@@ -15,7 +15,7 @@ pub fn read(element: &Element, context: &mut Context) -> Result<DMat4, SceneErro
         let map = match step.tag.as_str() {
             "translate" => DMat4::from_translation(vector(step, 0.0)?),
             "scale" => DMat4::from_scale(scale(step)?),
-            "rotate" => rotation(step)?,
+            "rotate" => rotation(step, context)?,
             "lookat" => look_at(step)?,
             "matrix" => matrix(step)?,
             _ => {
@@ -59,15 +59,24 @@ fn scale(step: &Element) -> Result<DVec3, SceneError> {
     vector(step, 1.0)
 }
 
-fn rotation(step: &Element) -> Result<DMat4, SceneError> {
+/// A turn about an axis. One that is not of length 1 is taken as it is since Mitsuba 2, in the formula of Rodrigues, which then shears.
+fn rotation(step: &Element, context: &mut Context) -> Result<DMat4, SceneError> {
     let Some(angle) = step.attribute("angle") else {
         return Err(step.place.error("`rotate` lacks its `angle`", "give one in degrees"));
     };
-    let angle = finite(angle, "angle", &step.place)?;
-    let Some(axis) = vector(step, 0.0)?.try_normalize() else {
+    let (sine, cosine) = finite(angle, "angle", &step.place)?.to_radians().sin_cos();
+    let written = vector(step, 0.0)?;
+    let Some(unit) = written.try_normalize() else {
         return Err(step.place.error("`rotate` has no axis", "give an axis such as `y=\"1\"`"));
     };
-    Ok(DMat4::from_quat(DQuat::from_axis_angle(axis, angle.to_radians())))
+    let axis = if step.version < 2 { unit } else { written };
+    if (axis.length() - 1.0).abs() > 1e-3 {
+        let text = "the axis of a `rotate` is not of length 1: it shears, as in Mitsuba";
+        context.note(NoteKind::Mapped, &step.place, text);
+    }
+    let across = DMat3::from_cols(axis.cross(DVec3::X), axis.cross(DVec3::Y), axis.cross(DVec3::Z));
+    let along = DMat3::from_cols(axis * axis.x, axis * axis.y, axis * axis.z);
+    Ok(DMat4::from_mat3(DMat3::from_diagonal(DVec3::splat(cosine)) + across * sine + along * (1.0 - cosine)))
 }
 
 /// The frame of who stands at `origin` and looks at `target`: x to the left, y up, z ahead.

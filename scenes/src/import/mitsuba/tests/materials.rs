@@ -269,3 +269,16 @@ fn principled_says_all_that_it_is() {
     let tinted = "<bsdf type=\"principled\" id=\"m\"><float name=\"spec_tint\" value=\"1\"/></bsdf>";
     assert_eq!(material(tinted).1.len(), 1);
 }
+
+#[test]
+fn what_a_mask_lets_pass_is_told_where_the_series_ends() {
+    let mask = "<shape type=\"disk\"><bsdf type=\"mask\"><float name=\"opacity\" value=\"0.5\"/><bsdf type=\"diffuse\"/></bsdf></shape>";
+    let told = |depth: &str| {
+        let integrator =
+            format!("<integrator type=\"path\"><integer name=\"max_depth\" value=\"{depth}\"/></integrator>");
+        let text = format!("<scene version=\"3.0.0\">{integrator}{SENSOR}{mask}</scene>");
+        notes(&open(&folder(&[("a.xml", &text)])).unwrap(), NoteKind::Approximated)
+    };
+    assert!(told("6").iter().any(|note| note.contains("counts it towards `max_depth`")), "{:?}", told("6"));
+    assert!(told("-1").is_empty(), "{:?}", told("-1"));
+}

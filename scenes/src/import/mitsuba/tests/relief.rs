@@ -1,6 +1,6 @@
-//! Surfaces in relief have the values that they have in Mitsuba.
+//! Surfaces in relief, and smooth ones in stretched instances and turned by uneven axes, have the values that they have in Mitsuba.
 //!
-//! `relief.txt` holds, after every `shape`, rows of a ray's origin and direction, a direction wi, and f |cos θ_i| in RGB by Mitsuba
+//! `relief.txt` holds, after every line of shapes, rows of a ray's origin and direction, a direction wi, and f |cos θ_i| in RGB by Mitsuba
 //! 3.9.1, variant `scalar_rgb`: of each, in a scene of `mi.load_string`,
 //!
 //! ```text
@@ -21,8 +21,10 @@ use sampling::vec3;
 /// What the values may be off: the digits that are written, and directions that are rounded where they graze a tilted face.
 const SLACK: f32 = 1e-4;
 
-/// The images of heights, of normals and of colours.
-fn images(folder: &Path) {
+/// The images of heights, of normals and of colours, and a mesh without normals.
+fn files(folder: &Path) {
+    let mesh = "v -1 0 -1\nv 1 0 -1\nv 0 0 1\nv 0 1.6 0\nf 1 2 3\nf 1 4 2\nf 2 4 3\nf 3 4 1\n";
+    std::fs::write(folder.join("t.obj"), mesh).unwrap();
     let side = 8;
     let heights =
         image::GrayImage::from_fn(side, side, |x, y| image::Luma([((37 * x + 91 * y + 13 * x * y) % 256) as u8]));
@@ -39,7 +41,7 @@ fn images(folder: &Path) {
 fn scene_of(shape: &str) -> Scene {
     let text = format!("<scene version=\"3.0.0\">{SENSOR}{shape}</scene>");
     let folder = folder(&[("a.xml", &text)]);
-    images(folder.path());
+    files(folder.path());
     let translation = open(&folder).unwrap();
     let approximated = notes(&translation, NoteKind::Approximated);
     assert!(approximated.is_empty(), "{approximated:?}");
