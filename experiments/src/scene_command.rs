@@ -73,8 +73,8 @@ pub fn scene(args: &SceneArgs, registry: &Methods, verbosity: Verbosity) -> Resu
     };
     print(&text)?;
     // Of a translation it is known which notes matter; all others tell of what was approximated.
-    let ignored = found.iter().filter(|note| note.kind == NoteKind::Ignored).count();
-    let approximated = scene.notes.len() - ignored;
+    let harmless = found.iter().filter(|note| matches!(note.kind, NoteKind::Ignored | NoteKind::Added)).count();
+    let approximated = scene.notes.len() - harmless;
     if args.strict && approximated > 0 {
         let message = format!("{}: not all is as it was (approximations: {approximated})", args.scene);
         return Err(Error::usage(format!("{message}; mend them in the scene, or leave out --strict")));

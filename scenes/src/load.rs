@@ -53,7 +53,7 @@ pub fn open_with_notes(name_or_path: &str, size: Option<(u32, u32)>) -> Result<(
     let has_ending = |wanted: &str| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(wanted));
     let is_foreign = ["xml", "pbrt", "gltf", "glb"].into_iter().any(has_ending);
     if !is_foreign {
-        return open_own(name_or_path, size).map(|builder| (builder, Vec::new()));
+        return open_own(name_or_path, size);
     }
     if let Some((width, height)) = size {
         description::check_size(width, height)?;
@@ -64,7 +64,8 @@ pub fn open_with_notes(name_or_path: &str, size: Option<(u32, u32)>) -> Result<(
     Ok((translation.read(stem, folder, size)?, translation.notes))
 }
 
-fn open_own(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder, SceneError> {
+/// Opens what is read as it is.
+fn open_own(name_or_path: &str, size: Option<(u32, u32)>) -> Result<(SceneBuilder, Vec<Note>), SceneError> {
     if let Some((width, height)) = size {
         description::check_size(width, height)?;
     }
@@ -73,7 +74,7 @@ fn open_own(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder
         let origin = Origin { scene: name_or_path, file: &file, folder: None, attachments: &[] };
         let mut builder = description::read(text, origin, size)?;
         builder.built_in(name_or_path);
-        return Ok(builder);
+        return Ok((builder, Vec::new()));
     }
     let path = Path::new(name_or_path);
     let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_lowercase);
@@ -84,7 +85,7 @@ fn open_own(name_or_path: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder
             let bytes = crate::file::read(path).map_err(|error| unreadable(path, error))?;
             let text = String::from_utf8(bytes).map_err(|error| not_utf8(path, &error))?;
             let origin = Origin { scene: stem, file: name_or_path, folder: Some(folder), attachments: &[] };
-            description::read(&text, origin, size)
+            Ok((description::read(&text, origin, size)?, Vec::new()))
         }
         Some(mesh @ ("obj" | "ply")) => {
             crate::file::check(path).map_err(|error| unreadable(path, error))?;

@@ -9,7 +9,7 @@ use crate::relief::{Relief, ReliefMap};
 use crate::subsurface::Body;
 use crate::texture::Texture;
 use sampling::Vec3;
-use sampling::bsdf::{Arguments, Bsdf, Lobes};
+use sampling::bsdf::{Bsdf, Lobes};
 use sampling::math::Spectrum;
 
 /// Names a material of a scene.
@@ -71,9 +71,7 @@ struct Seen {
 impl Material {
     /// A Lambertian surface whose albedo varies.
     pub fn lambert(albedo: Texture) -> Self {
-        let model = Bsdf::model("lambert").expect("it is in the list");
-        let arguments = Arguments::presets(model.parameters);
-        Varying::of(Scattering::new(model, arguments, vec![(0, albedo)]).expect("an albedo alone")).into()
+        Varying::of(Scattering::lambert(albedo)).into()
     }
 
     /// What it is made of where that varies or depends on the side: nothing, one thing, or the front and the back.

@@ -13,39 +13,58 @@
 //! 4. **Matte**: Lambert of albedo `Kd`, or 0.5 where neither Kd nor Ks is stated.
 //!
 //! Where both Kd and Ks are above 0, the weaker is left out, and a note says so. Reflectances above 1 become 1, noted
-//! as well. `Ke` emits. The image `map_Kd` of what is matte is multiplied by `Kd`, or stands alone where that is 0.
+//! as well. `Ke` emits. What is not glass is met as far as `d` says.
+//!
+//! Meshes with texture coordinates have the maps too: `map_Kd` of what is matte, times `Kd`, or alone where that is 0; `map_Ke`
+//! likewise; `map_d` as the opacity, by its alpha if it has one; `map_Bump` or `bump` as heights, times `-bm`; `norm` as normals. Numbers
+//! are the luminance of colours unless `-imfchan` names a channel.
 
 use sampling::bsdf::{Bsdf, Dielectric, Ggx, Lambert, Mirror, RoughConductor};
 use sampling::math::Spectrum;
+use sampling::vec2;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::mtl::Statements;
-use crate::material::Material;
+use super::mtl::{Map, Statements};
+use super::translation::NoteKind;
+use crate::builder::Emission;
+use crate::material::{Material, Scattering, Varying};
+use crate::relief::{Relief, ReliefMap};
 use crate::texture::{Channel, Encoding, Image, ImageTexture, Texture, UvMap, Wrap};
 
 /// A material made of MTL statements.
 #[derive(Clone, Debug)]
 pub struct Appearance {
-    /// How it scatters; where there is a map, on meshes that lack texture coordinates.
+    /// How it scatters, without maps.
     pub bsdf: Bsdf,
-    /// How it scatters where its map is read.
-    pub mapped: Option<Material>,
-    /// Emitted radiance \[W/(m²·sr)\], if it emits.
+    /// How much of what meets it is met, if not all is.
+    pub opacity: Option<f32>,
+    /// Emitted radiance \[W/(m²·sr)\], if it emits, without maps.
     pub emission: Option<Spectrum>,
+    /// What meshes with texture coordinates have in place of these.
+    pub maps: Maps,
     /// What was approximated or left out.
-    pub notes: Vec<String>,
+    pub notes: Vec<(NoteKind, String)>,
+}
+
+/// What images give.
+#[derive(Clone, Debug, Default)]
+pub struct Maps {
+    /// The albedo of what is matte.
+    pub albedo: Option<Texture>,
+    /// Emitted radiance \[W/(m²·sr)\].
+    pub emission: Option<Texture>,
+    /// The share of what is met.
+    pub opacity: Option<Texture>,
+    /// Heights or normals.
+    pub relief: Option<Relief>,
 }
 
 impl Appearance {
     /// What stands for a material that is missing: matte, of albedo 0.5.
     pub fn missing() -> Self {
-        Appearance {
-            bsdf: Lambert { albedo: Spectrum::splat(0.5) }.into(),
-            mapped: None,
-            emission: None,
-            notes: Vec::new(),
-        }
+        let bsdf = Lambert { albedo: Spectrum::splat(0.5) }.into();
+        Self { bsdf, opacity: None, emission: None, maps: Maps::default(), notes: Vec::new() }
     }
 
     /// Whether light passes through it.
@@ -53,52 +72,147 @@ impl Appearance {
         matches!(self.bsdf, Bsdf::Dielectric(_) | Bsdf::RoughDielectric(_))
     }
 
+    /// Whether it has maps of how it scatters.
+    pub fn is_mapped(&self) -> bool {
+        self.maps.albedo.is_some() || self.maps.opacity.is_some() || self.maps.relief.is_some()
+    }
+
+    /// The material of a mesh.
+    pub fn material(&self, has_uvs: bool) -> Material {
+        let none = Maps::default();
+        let maps = if has_uvs { &self.maps } else { &none };
+        let opacity = maps.opacity.clone().or(self.opacity.map(Texture::from));
+        if maps.albedo.is_none() && maps.relief.is_none() && opacity.is_none() {
+            return self.bsdf.into();
+        }
+        let scattering = match &maps.albedo {
+            Some(albedo) => Scattering::lambert(albedo.clone()),
+            None => Scattering::Same(self.bsdf),
+        };
+        let mut varying = Varying::of(scattering);
+        (varying.relief, varying.opacity) = (maps.relief.clone(), opacity);
+        varying.into()
+    }
+
+    /// What a mesh emits.
+    pub fn emitted(&self, has_uvs: bool) -> Option<Emission> {
+        let map = self.maps.emission.clone().filter(|_| has_uvs);
+        map.or(self.emission.map(Texture::Constant)).map(|radiance| Emission { radiance, two_sided: false })
+    }
+
     /// Applies the rule; images are looked for in `folder`.
     pub fn of(stated: &Statements, folder: &Path) -> Self {
-        let mut notes = Vec::new();
-        let bsdf = scattering(stated, &mut notes);
+        let mut told = Told::default();
+        let bsdf = scattering(stated, &mut told);
         for (keyword, rest) in &stated.ignored {
-            notes.push(format!("`{keyword} {rest}` is not read"));
+            match keyword.as_str() {
+                // The ambient colour has no meaning where light is transported.
+                "Ka" | "map_Ka" => told.0.push((NoteKind::Ignored, format!("`{keyword}` is not read"))),
+                _ => told.approximated(format!("`{keyword} {rest}` is not read")),
+            }
         }
-        let mapped = stated.diffuse_map.as_ref().and_then(|file| match &bsdf {
-            Bsdf::Lambert(lambert) => {
-                let scale = if lambert.albedo.is_zero() { Spectrum::ONE } else { lambert.albedo };
-                match image(&folder.join(file.replace('\\', "/")), scale) {
-                    Ok(texture) => Some(Material::lambert(texture)),
-                    Err(message) => {
-                        notes.push(format!("its map_Kd `{file}` is left out: {message}"));
-                        None
-                    }
-                }
-            }
-            _ => {
-                notes.push(format!("its map_Kd `{file}` is not read: it is not matte"));
-                None
-            }
-        });
+        let glass = is_glass(stated);
+        let opacity = stated.opacity.filter(|opacity| !glass && *opacity < 1.0).map(|opacity| opacity.max(0.0) as f32);
         let emission = stated.emission.map(spectrum).filter(|emission| !emission.is_zero());
-        Appearance { bsdf, mapped, emission, notes }
+        let maps = maps(stated, &bsdf, folder, &mut told);
+        Self { bsdf, opacity, emission, maps, notes: told.0 }
     }
 }
 
-/// The image of a reflectance, times its colour.
-fn image(path: &Path, scale: Spectrum) -> Result<Texture, String> {
-    let bytes = crate::file::read(path).map_err(|error| error.to_string())?;
-    let image = Arc::new(Image::decode(&bytes, None, Encoding::Srgb)?);
-    let (map, wrap, channel) = (UvMap::default(), Wrap::Repeat, Channel::Colour);
-    let texture = ImageTexture { image, wrap, map, channel, scale };
-    if texture.range().1.max_component() > 1.0 {
-        return Err("it reaches more than 1".to_string());
+/// What is to be told of a material.
+#[derive(Default)]
+struct Told(Vec<(NoteKind, String)>);
+
+impl Told {
+    fn approximated(&mut self, text: impl Into<String>) {
+        self.0.push((NoteKind::Approximated, text.into()));
     }
-    Ok(Texture::Image(texture))
 }
 
-fn scattering(stated: &Statements, notes: &mut Vec<String>) -> Bsdf {
+fn maps(stated: &Statements, bsdf: &Bsdf, folder: &Path, told: &mut Told) -> Maps {
+    let mut maps = Maps::default();
+    let mut open = |keyword: &str, map: &Option<Map>, reading: Reading| -> Option<Texture> {
+        let map = map.as_ref()?;
+        if !map.ignored.is_empty() {
+            told.approximated(format!("the options `{}` of its {keyword} are not read", map.ignored));
+        }
+        let left_out = |message| told.approximated(format!("its {keyword} `{}` is left out: {message}", map.file));
+        image(map, folder, reading).map_err(left_out).ok()
+    };
+    let alone = |colour: Spectrum| if colour.is_zero() { Spectrum::ONE } else { colour };
+    let matte = if let Bsdf::Lambert(lambert) = bsdf { Some(alone(lambert.albedo)) } else { None };
+    if let Some(scale) = matte {
+        maps.albedo = open("map_Kd", &stated.diffuse_map, Reading::Share(scale));
+    }
+    let emitted = stated.emission.map_or(Spectrum::ONE, |colour| alone(spectrum(colour)));
+    maps.emission = open("map_Ke", &stated.emission_map, Reading::Colour(emitted));
+    if !is_glass(stated) {
+        maps.opacity = open("map_d", &stated.opacity_map, Reading::Opacity);
+    }
+    let heights = open("map_Bump", &stated.bump_map, Reading::Heights).map(ReliefMap::Heights);
+    let normals = open("norm", &stated.normal_map, Reading::Normals).map(ReliefMap::Normals);
+    if heights.is_some() && normals.is_some() {
+        told.approximated("of its map_Bump and its norm only the latter is kept");
+    }
+    maps.relief = normals.or(heights).map(Relief::from);
+    if let (None, Some(map)) = (matte, &stated.diffuse_map) {
+        told.approximated(format!("its map_Kd `{}` is not read: it is not matte", map.file));
+    }
+    if let (true, Some(map)) = (is_glass(stated), &stated.opacity_map) {
+        told.approximated(format!("its map_d `{}` is not read: it is glass", map.file));
+    }
+    maps
+}
+
+/// What an image stands for.
+#[derive(Clone, Copy)]
+enum Reading {
+    /// A colour, times another, at most 1.
+    Share(Spectrum),
+    /// A colour, times another.
+    Colour(Spectrum),
+    /// The share of what is met.
+    Opacity,
+    /// Heights.
+    Heights,
+    /// Normals.
+    Normals,
+}
+
+fn image(map: &Map, folder: &Path, reading: Reading) -> Result<Texture, String> {
+    let path = folder.join(map.file.replace('\\', "/"));
+    let bytes = crate::file::read(&path).map_err(|error| error.to_string())?;
+    let encoding =
+        if matches!(reading, Reading::Share(_) | Reading::Colour(_)) { Encoding::Srgb } else { Encoding::Linear };
+    let image = Arc::new(Image::decode(&bytes, None, encoding)?);
+    let named = map.channel.and_then(|channel| {
+        let place = ["r", "g", "b", "m", "l"].iter().position(|name| name.starts_with(channel))?;
+        Some([Channel::One(0), Channel::One(1), Channel::One(2), Channel::ALPHA, Channel::Luminance][place])
+    });
+    let (channel, scale) = match reading {
+        Reading::Share(scale) | Reading::Colour(scale) => (named.unwrap_or(Channel::Colour), scale),
+        Reading::Opacity if image.has_alpha() => (named.unwrap_or(Channel::ALPHA), Spectrum::ONE),
+        Reading::Opacity => (named.unwrap_or(Channel::Luminance), Spectrum::ONE),
+        Reading::Heights => (named.unwrap_or(Channel::Luminance), Spectrum::splat(map.multiplier as f32)),
+        Reading::Normals => (Channel::Colour, Spectrum::ONE),
+    };
+    let [scale_uv, offset] = [map.scale, map.offset].map(|[u, v]| vec2(u as f32, v as f32));
+    let wrap = if map.clamped { Wrap::Clamp } else { Wrap::Repeat };
+    let texture = ImageTexture { image, wrap, map: UvMap { scale: scale_uv, offset }, channel, scale };
+    let (low, high) = texture.range();
+    match reading {
+        Reading::Share(_) | Reading::Opacity if high.max_component() > 1.0 => Err("it reaches more than 1".to_string()),
+        Reading::Normals if high.to_array()[2] <= 0.5 => Err("all of its normals point inwards".to_string()),
+        _ if low.to_array().iter().any(|x| *x < 0.0) && !matches!(reading, Reading::Heights) => {
+            Err("it reaches less than 0".to_string())
+        }
+        _ => Ok(Texture::Image(texture)),
+    }
+}
+
+fn scattering(stated: &Statements, told: &mut Told) -> Bsdf {
     if is_glass(stated) {
-        return glass(stated, notes);
-    }
-    if stated.opacity.is_some_and(|opacity| opacity < 1.0) {
-        notes.push("it is partly transparent (d < 1), and is taken as opaque".to_string());
+        return glass(stated, told);
     }
     let diffuse = stated.diffuse.unwrap_or(if stated.specular.is_some() { [0.0; 3] } else { [0.5; 3] });
     let specular = stated.specular.unwrap_or([0.0; 3]);
@@ -106,14 +220,14 @@ fn scattering(stated: &Statements, notes: &mut Vec<String>) -> Bsdf {
     let highlights = !matches!(stated.illumination, Some(0 | 1));
     if !highlights || ks <= kd {
         if highlights && ks > 0.0 {
-            notes.push("Kd and Ks are both above 0: the weaker, Ks, is left out".to_string());
+            told.approximated("Kd and Ks are both above 0: the weaker, Ks, is left out");
         }
-        return Lambert { albedo: reflectance("Kd", diffuse, notes) }.into();
+        return Lambert { albedo: reflectance("Kd", diffuse, told) }.into();
     }
     if kd > 0.0 {
-        notes.push("Kd and Ks are both above 0: the weaker, Kd, is left out".to_string());
+        told.approximated("Kd and Ks are both above 0: the weaker, Kd, is left out");
     }
-    let reflectance = reflectance("Ks", specular, notes);
+    let reflectance = reflectance("Ks", specular, told);
     let sharp = stated.exponent.is_some_and(|exponent| exponent >= 1000.0);
     let traced = match stated.illumination {
         Some(5) => true,
@@ -125,7 +239,7 @@ fn scattering(stated: &Statements, notes: &mut Vec<String>) -> Bsdf {
     }
     let alpha = (2.0 / (stated.exponent.unwrap_or(10.0).max(0.0) + 2.0)).sqrt() as f32;
     let alpha = alpha.max(Ggx::MIN_ALPHA);
-    notes.push(format!("its highlight of exponent Ns becomes that of a GGX conductor of alpha {alpha:.3}"));
+    told.approximated(format!("its highlight of exponent Ns becomes that of a GGX conductor of alpha {alpha:.3}"));
     RoughConductor::from_reflectance(reflectance, alpha, alpha).into()
 }
 
@@ -139,30 +253,30 @@ fn is_glass(stated: &Statements) -> bool {
     }
 }
 
-fn glass(stated: &Statements, notes: &mut Vec<String>) -> Bsdf {
+fn glass(stated: &Statements, told: &mut Told) -> Bsdf {
     let eta = match stated.index {
         Some(index) if index >= 0.01 => index as f32,
         Some(index) => {
-            notes.push(format!("its index Ni of {index} cannot be, and is taken as 1.5"));
+            told.approximated(format!("its index Ni of {index} cannot be, and is taken as 1.5"));
             1.5
         }
         None => {
-            notes.push("it is glass without an index Ni, which is taken as 1.5".to_string());
+            told.approximated("it is glass without an index Ni, which is taken as 1.5");
             1.5
         }
     };
     if stated.filter.is_some_and(|filter| filter != [1.0; 3] && filter != [0.0; 3]) {
-        notes.push("its transmission filter Tf is taken as white".to_string());
+        told.approximated("its transmission filter Tf is taken as white");
     }
     if stated.opacity.is_some_and(|opacity| opacity > 0.0 && opacity < 1.0) {
-        notes.push("it is partly opaque (d > 0), and is taken as clear".to_string());
+        told.approximated("it is partly opaque (d > 0), and is taken as clear");
     }
     Dielectric { eta }.into()
 }
 
-fn reflectance(keyword: &str, channels: [f64; 3], notes: &mut Vec<String>) -> Spectrum {
+fn reflectance(keyword: &str, channels: [f64; 3], told: &mut Told) -> Spectrum {
     if channels.iter().any(|&channel| channel > 1.0) {
-        notes.push(format!("its {keyword} is above 1, and is taken as 1"));
+        told.approximated(format!("its {keyword} is above 1, and is taken as 1"));
     }
     spectrum(channels.map(|channel| channel.min(1.0)))
 }

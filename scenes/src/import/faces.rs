@@ -6,6 +6,7 @@ use sampling::{Vec2, Vec3, vec2};
 
 use super::corners::{Corner, Extract, Run, extract, runs};
 use super::polygon;
+use super::smoothing::{Smoothing, smooth};
 use super::source::{CHECKING, Piece, Source};
 use crate::builder::MeshData;
 use crate::error::SceneError;
@@ -23,15 +24,16 @@ pub(super) struct Faces<'a> {
     pub turned: usize,
 }
 
-/// Reads all faces.
-pub(super) fn read<'a>(source: &'a Source) -> Result<Faces<'a>, SceneError> {
+/// Reads all faces; where `smooths`, what is in smoothing groups gets the normals that it lacks.
+pub(super) fn read<'a>(source: &'a Source, smooths: bool) -> Result<Faces<'a>, SceneError> {
     let runs = runs(source);
+    let smooths = smooths && source.smooths();
     let mut meshes = Vec::with_capacity(runs.len());
     let (mut turned, mut done) = (0, 0);
-    let mut joint = Joint { last: vec![NONE; source.total.points[0]], ..Joint::default() };
+    let mut joint = Joint { last: vec![NONE; source.total.points[0]], smooths, ..Joint::default() };
     let pieces: Vec<&Piece> = source.pieces.iter().filter(|piece| piece.faces > 0).collect();
     for together in pieces.chunks(4 * rayon::current_num_threads()) {
-        let found: Vec<_> = together.par_iter().map(|piece| read_piece(source, piece, &runs)).collect();
+        let found: Vec<_> = together.par_iter().map(|piece| read_piece(source, piece, &runs, smooths)).collect();
         for part in found.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten() {
             while meshes.len() < part.run {
                 meshes.push(joint.finish());
@@ -44,6 +46,10 @@ pub(super) fn read<'a>(source: &'a Source) -> Result<Faces<'a>, SceneError> {
         progress::report(Activity::Reading, CHECKING + (1.0 - CHECKING) * share);
     }
     meshes.push(joint.finish());
+    let (mut meshes, smoothing): (Vec<MeshData>, Vec<Smoothing>) = meshes.into_iter().unzip();
+    if smooths {
+        smooth(meshes.iter_mut().zip(smoothing));
+    }
     Ok(Faces { meshes: runs.into_iter().zip(meshes).collect(), turned })
 }
 
@@ -54,29 +60,36 @@ struct Part {
     mesh: MeshData,
     /// The number of each vertex's position in the file, counted from 0.
     places: Vec<u32>,
+    /// The smoothing group of each triangle, if they matter.
+    smoothing: Vec<u32>,
     turned: usize,
 }
 
 /// Lets `tobj` read the faces of a piece.
-fn read_piece(source: &Source, piece: &Piece, runs: &[Run]) -> Result<Vec<Part>, SceneError> {
+fn read_piece(source: &Source, piece: &Piece, runs: &[Run], smooths: bool) -> Result<Vec<Part>, SceneError> {
     let Extract { text, corners } = extract(source, piece, runs)?;
     let options = tobj::LoadOptions { single_index: true, ..Default::default() };
     let no_library = |_: &std::path::Path| Err(tobj::LoadError::OpenFileFailed);
     let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &options, no_library)
         .map_err(|error| SceneError::invalid(error.to_string(), "mend the file, or save it again"))?;
     drop(text);
-    let mut rest = corners.as_slice();
+    let (mut rest, mut face) = (corners.as_slice(), piece.before.faces);
     let part = |model: tobj::Model| {
         let (own, after) = rest.split_at(model.mesh.indices.len());
         rest = after;
-        Part::of(model.name.parse().expect("the name is a number"), &model.mesh, own)
+        let first = face;
+        let smoothing = |within: usize| smooths.then(|| source.smoothing_of(first + within));
+        let (part, faces) = Part::of(model.name.parse().expect("the name is a number"), &model.mesh, own, smoothing);
+        face += faces;
+        part
     };
     Ok(models.into_iter().map(part).collect())
 }
 
 impl Part {
-    /// The triangles of a mesh of polygons, without those that have no area.
-    fn of(run: usize, mesh: &tobj::Mesh, corners: &[Corner]) -> Self {
+    /// The triangles of a mesh of polygons, without those that have no area, and how many polygons there are; each is in the smoothing
+    /// group that is given for its number, if they matter.
+    fn of(run: usize, mesh: &tobj::Mesh, corners: &[Corner], group: impl Fn(usize) -> Option<u32>) -> (Self, usize) {
         let positions: Vec<DVec3> = mesh.positions.chunks_exact(3).map(|p| DVec3::new(p[0], p[1], p[2])).collect();
         let normals: Vec<DVec3> = mesh.normals.chunks_exact(3).map(|n| DVec3::new(n[0], n[1], n[2])).collect();
         let uvs: Vec<Vec2> = mesh.texcoords.chunks_exact(2).map(|t| vec2(t[0] as f32, t[1] as f32)).collect();
@@ -87,8 +100,8 @@ impl Part {
                 places.push(corner[0] - 1);
             }
         }
-        let (mut triangles, mut turned) = (Vec::with_capacity(mesh.indices.len() / 3), 0);
-        let mut add = |mut corners: [u32; 3]| {
+        let (mut triangles, mut smoothing, mut turned) = (Vec::with_capacity(mesh.indices.len() / 3), Vec::new(), 0);
+        let mut add = |mut corners: [u32; 3], group: Option<u32>| {
             let [a, b, c] = corners.map(|i| positions[i as usize]);
             let ng = (b - a).cross(c - a);
             if ng.length_squared() > 0.0 {
@@ -97,23 +110,28 @@ impl Part {
                     turned += 1;
                 }
                 triangles.push(corners);
+                smoothing.extend(group);
             }
         };
-        let mut rest = mesh.indices.as_slice();
-        for face in 0.. {
-            // Where all are triangles there is no list of arities.
-            let arity = mesh.face_arities.get(face).map_or(3, |&arity| arity as usize);
-            let Some((face, after)) = rest.split_at_checked(arity).filter(|(face, _)| !face.is_empty()) else { break };
+        let (mut rest, mut faces) = (mesh.indices.as_slice(), 0);
+        // Where all are triangles there is no list of arities.
+        while let Some((face, after)) = rest
+            .split_at_checked(mesh.face_arities.get(faces).map_or(3, |&arity| arity as usize))
+            .filter(|(face, _)| !face.is_empty())
+        {
             rest = after;
+            let group = group(faces);
+            faces += 1;
             if let &[a, b, c] = face {
-                add([a, b, c]);
+                add([a, b, c], group);
                 continue;
             }
             let points: Vec<DVec3> = face.iter().map(|&i| positions[i as usize]).collect();
-            polygon::triangulate(&points).for_each(|triangle| add(triangle.map(|i| face[i])));
+            polygon::triangulate(&points).for_each(|triangle| add(triangle.map(|i| face[i]), group));
         }
         let normals = normals.iter().map(|n| n.normalize_or_zero().as_vec3()).collect();
-        Part { run, mesh: MeshData { positions, triangles, normals, uvs, ..MeshData::default() }, places, turned }
+        let mesh = MeshData { positions, triangles, normals, uvs, ..MeshData::default() };
+        (Part { run, mesh, places, smoothing, turned }, faces)
     }
 }
 
@@ -127,6 +145,9 @@ struct Joint {
     before: Vec<u32>,
     /// The first vertex of this run.
     first: u32,
+    /// Whether smoothing groups matter, and those of this run.
+    smooths: bool,
+    smoothing: Smoothing,
 }
 
 impl Joint {
@@ -135,6 +156,7 @@ impl Joint {
             return Err(SceneError::invalid("there are more than 2³² vertices", "divide the file"));
         }
         let numbers: Vec<u32> = (0..part.places.len()).map(|vertex| self.number(&part, vertex)).collect();
+        self.smoothing.groups.extend(&part.smoothing);
         self.mesh.triangles.extend(part.mesh.triangles.iter().map(|t| t.map(|vertex| numbers[vertex as usize])));
         Ok(())
     }
@@ -155,13 +177,16 @@ impl Joint {
         mesh.positions.push(part.mesh.positions[vertex]);
         mesh.uvs.extend(uv);
         mesh.normals.extend(normal);
+        if self.smooths {
+            self.smoothing.places.push(place as u32);
+        }
         self.before.push(self.last[place]);
         self.last[place] = self.first + number;
         number
     }
 
     /// Ends the run, and begins another.
-    fn finish(&mut self) -> MeshData {
+    fn finish(&mut self) -> (MeshData, Smoothing) {
         self.first += self.before.len() as u32;
         self.before.clear();
         let mut mesh = std::mem::take(&mut self.mesh);
@@ -170,7 +195,7 @@ impl Joint {
         } else {
             give_missing_normals(&mut mesh);
         }
-        mesh
+        (mesh, std::mem::take(&mut self.smoothing))
     }
 }
 
@@ -248,7 +273,7 @@ mod tests {
             let text = grid(side, smooth, groups);
             let source = source::check(Path::new("a.obj"), &text).unwrap();
             assert!(source.pieces.len() > 2);
-            let Faces { meshes, turned } = read(&source).unwrap_or_else(|error| panic!("{error}"));
+            let Faces { meshes, turned } = read(&source, false).unwrap_or_else(|error| panic!("{error}"));
             assert_eq!(turned, 0);
             let options = tobj::LoadOptions { single_index: true, ..Default::default() };
             let libraries = |_: &Path| {
@@ -262,7 +287,7 @@ mod tests {
                 assert_eq!(run.name, model.name);
                 assert_eq!(run.material.map(str::to_owned), model.mesh.material_id.map(|i| format!("m{i}")));
                 assert_eq!(mesh.positions.len(), model.mesh.positions.len() / 3);
-                let expected = Part::of(0, &model.mesh, &[]).mesh;
+                let expected = Part::of(0, &model.mesh, &[], |_| None).0.mesh;
                 assert_eq!(corners(mesh), corners(&expected));
             }
         }
@@ -275,7 +300,7 @@ mod tests {
         (0..count).for_each(|i| text += &format!("vt {i} 0\n"));
         (1..=count).for_each(|i| text += &format!("f 1/{i} 2/{i} 3/{i}\n"));
         let source = source::check(Path::new("a.obj"), &text).unwrap();
-        let Faces { meshes, .. } = read(&source).unwrap_or_else(|error| panic!("{error}"));
+        let Faces { meshes, .. } = read(&source, true).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!((meshes[0].1.triangles.len(), meshes[0].1.positions.len()), (count, 3 * count));
     }
 }

@@ -17,6 +17,7 @@ pub mod obj;
 pub mod pbrt;
 pub mod ply;
 pub mod polygon;
+mod smoothing;
 pub mod solid;
 mod source;
 pub mod translation;

@@ -17,12 +17,11 @@ use std::path::{Path, PathBuf};
 use super::appearance::Appearance;
 use super::faces::{self, Faces};
 use super::source::{self, Source};
-use super::translation::{self, Lines, NoteKind, Notes, Place, SCENE_HEADER, Translation};
+use super::translation::{self, Lines, Note, NoteKind, Notes, Place, SCENE_HEADER, Translation};
 use super::{mtl, solid, viewpoint};
-use crate::builder::{Emission, MeshData, SceneBuilder, ShapeId};
+use crate::builder::{MaterialName, MeshData, SceneBuilder, ShapeId};
 use crate::error::SceneError;
 use crate::material::MaterialId;
-use crate::texture::Texture;
 
 /// An OBJ file with its materials.
 #[derive(Clone, Debug)]
@@ -31,8 +30,10 @@ pub struct Model {
     pub groups: Vec<Group>,
     /// The materials by name.
     pub appearances: Vec<(String, Appearance)>,
-    /// What was approximated, and what was not found.
-    pub notes: Vec<String>,
+    /// Whether the file has smoothing groups.
+    pub has_smoothing: bool,
+    /// What its materials became, what was approximated, and what was not found.
+    pub notes: Notes,
 }
 
 /// The triangles of one group and material.
@@ -58,47 +59,59 @@ pub struct Overrides {
 impl Model {
     /// Reads a file and its libraries.
     pub fn open(path: &Path) -> Result<Self, SceneError> {
-        let unreadable = |error| SceneError::unreadable(path, error, "give the path of an OBJ file");
-        Self::read(path, &crate::file::read(path).map_err(unreadable)?)
+        Self::read(path, &contents(path)?)
+    }
+
+    /// The same for those who read no smoothing groups.
+    pub fn open_unsmoothed(path: &Path) -> Result<Self, SceneError> {
+        Self::read_with(path, &contents(path)?, false)
     }
 
     /// Reads the contents of the file at `path`, and its libraries.
     pub fn read(path: &Path, bytes: &[u8]) -> Result<Self, SceneError> {
+        Self::read_with(path, bytes, true)
+    }
+
+    fn read_with(path: &Path, bytes: &[u8], smooths: bool) -> Result<Self, SceneError> {
         let text = source::decode(path, bytes)?;
         let source = source::check(path, &text)?;
         if source.total.faces == 0 {
             return Err(SceneError::invalid("the file holds no faces", "add `f` lines").in_file(path));
         }
-        let mut notes = Vec::new();
+        let mut notes = Notes::default();
         for (keyword, (line, count)) in &source.ignored {
-            notes.push(format!("{}:{line}: `{keyword}` is not read ({count} of them)", path.display()));
+            let place = Place { file: path.into(), line: *line };
+            notes.add(NoteKind::Approximated, &place, format!("`{keyword}` is not read ({count} of them)"));
         }
         let mut appearances = read_libraries(path, &source, &mut notes)?;
-        let groups = read_groups(path, &source, &mut appearances, &mut notes)?;
-        let mut model = Model { groups, appearances, notes };
-        model.mend_glass();
+        let groups = read_groups(path, &source, smooths, &mut appearances, &mut notes)?;
+        let mut model = Model { groups, appearances, has_smoothing: source.smooths(), notes };
+        model.mend_glass(&Place { file: path.into(), line: 1 });
         Ok(model)
     }
 
     /// Adds all groups to a scene; returns the shapes.
     pub fn add_to(mut self, builder: &mut SceneBuilder, overrides: Overrides) -> Vec<ShapeId> {
-        self.notes.iter().for_each(|note| builder.note(note.clone()));
+        self.notes.tell(builder);
         let mut ids: HashMap<(usize, bool), MaterialId> = HashMap::new();
         let mut shapes = Vec::new();
         let groups = std::mem::take(&mut self.groups);
         for group in groups.into_iter().filter(|group| !group.mesh.triangles.is_empty()) {
-            let appearance = &self.appearances[group.appearance].1;
-            let material = match overrides.material {
-                Some(material) => material,
-                None => {
-                    let mapped = appearance.mapped.as_ref().filter(|_| !group.mesh.uvs.is_empty());
-                    let material = || mapped.cloned().unwrap_or_else(|| appearance.bsdf.into());
-                    *ids.entry((group.appearance, mapped.is_some())).or_insert_with(|| builder.material(material()))
-                }
-            };
+            let (name, appearance) = &self.appearances[group.appearance];
+            let has_uvs = !group.mesh.uvs.is_empty();
+            let material = overrides.material.unwrap_or_else(|| {
+                let mapped = has_uvs && appearance.is_mapped();
+                let name = if name.is_empty() { "grey" } else { name };
+                let named = MaterialName { name: name.to_owned(), line: None };
+                let id = ids.entry((group.appearance, mapped));
+                *id.or_insert_with(|| builder.named_material(appearance.material(mapped), named))
+            });
             let shape = builder.mesh(group.mesh, material);
-            if let Some(radiance) = appearance.emission.filter(|_| !overrides.no_emission) {
-                builder.emit(shape, Emission { radiance: Texture::Constant(radiance), two_sided: false });
+            if translation::can_be_label(&group.name) {
+                builder.label(shape, &group.name);
+            }
+            if let Some(emission) = appearance.emitted(has_uvs).filter(|_| !overrides.no_emission) {
+                builder.emit(shape, emission);
             }
             shapes.push(shape);
         }
@@ -107,11 +120,12 @@ impl Model {
 
     /// Whether any group emits.
     pub fn emits(&self) -> bool {
-        self.groups.iter().any(|group| self.appearances[group.appearance].1.emission.is_some())
+        let emits = |group: &Group| self.appearances[group.appearance].1.emitted(!group.mesh.uvs.is_empty()).is_some();
+        self.groups.iter().any(emits)
     }
 
     /// Turns the faces of closed glass outwards, and takes its faces out that lie in opaque ones.
-    fn mend_glass(&mut self) {
+    fn mend_glass(&mut self, place: &Place) {
         let transmits: Vec<bool> = self.groups.iter().map(|g| self.appearances[g.appearance].1.transmits()).collect();
         for i in (0..self.groups.len()).filter(|&i| transmits[i]) {
             let mut mesh = std::mem::take(&mut self.groups[i].mesh);
@@ -121,36 +135,45 @@ impl Model {
             let removed = solid::remove_contacts(&mut mesh, &opaque);
             self.groups[i].mesh = mesh;
             let name = &self.appearances[self.groups[i].appearance].0;
-            let mut note = |what: String| self.notes.push(format!("material `{name}`: {what}"));
+            let mut note = |what: &str| {
+                self.notes.add(NoteKind::Approximated, place, format!("material `{name}`: {what}"));
+            };
             if !found.closed {
-                note("it is glass but not closed: the back of its faces counts as inside".to_string());
+                note("it is glass but not closed: the back of its faces counts as inside");
             }
             if found.turned > 0 {
-                note(format!("{} triangles of a closed body were turned to face outwards", found.turned));
+                note(&format!("{} triangles of a closed body were turned to face outwards", found.turned));
             }
             if removed > 0 {
-                note(format!("{removed} triangles in the plane of an opaque surface are left out: optical contact"));
+                note(&format!("{removed} triangles in the plane of an opaque surface are left out: optical contact"));
             }
         }
     }
 }
 
-/// Opens an OBJ file as a whole scene.
-pub fn scene(path: &Path, name: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder, SceneError> {
-    let model = Model::open(path)?;
+fn contents(path: &Path) -> Result<Vec<u8>, SceneError> {
+    crate::file::read(path).map_err(|error| SceneError::unreadable(path, error, "give the path of an OBJ file"))
+}
+
+/// Opens an OBJ file as a whole scene, with what is to be told of it.
+pub fn scene(path: &Path, name: &str, size: Option<(u32, u32)>) -> Result<(SceneBuilder, Vec<Note>), SceneError> {
+    let mut model = Model::open(path)?;
     let mut builder = SceneBuilder::new(name);
     let meshes: Vec<&MeshData> = model.groups.iter().map(|group| &group.mesh).collect();
-    viewpoint::furnish(&mut builder, &meshes, model.emits(), size);
+    let (emits, place) = (model.emits(), Place { file: path.into(), line: 1 });
+    viewpoint::furnish(&mut builder, &meshes, emits, size, &mut model.notes, &place);
+    let notes = model.notes.all().to_vec();
     model.add_to(&mut builder, Overrides::default());
-    Ok(builder)
+    Ok((builder, notes))
 }
 
 /// The whole scene as the text of a scene file, whose paths start at the folder `base`.
 pub fn translate(path: &Path, base: &Path) -> Result<Translation, SceneError> {
-    let model = Model::open(path)?;
+    let mut model = Model::open(path)?;
     let meshes: Vec<&MeshData> = model.groups.iter().map(|group| &group.mesh).collect();
     let camera = viewpoint::choose(&meshes, model.emits(), (256, 256));
     let place = Place { file: path.into(), line: 1 };
+    viewpoint::tell(&camera, model.emits(), &mut model.notes, &place);
     let mut lines = Lines::default();
     lines.push(
         &place,
@@ -165,28 +188,19 @@ pub fn translate(path: &Path, base: &Path) -> Result<Translation, SceneError> {
         lines.key(&place, "type", translation::quoted("constant"));
         lines.key(&place, "radiance", "1.0");
     }
-    let mut notes = Notes::default();
-    for note in &model.notes {
-        notes.add(NoteKind::Approximated, &place, note.clone());
-    }
-    Ok(Translation::new(lines, Vec::new(), notes))
+    Ok(Translation::new(lines, Vec::new(), model.notes))
 }
 
 /// Reads every library that can be found, and notes those that cannot.
-fn read_libraries(
-    path: &Path,
-    source: &Source,
-    notes: &mut Vec<String>,
-) -> Result<Vec<(String, Appearance)>, SceneError> {
+fn read_libraries(path: &Path, source: &Source, notes: &mut Notes) -> Result<Vec<(String, Appearance)>, SceneError> {
     let mut appearances: Vec<(String, Appearance)> = Vec::new();
     let mut known = HashSet::new();
     for (line, stated) in &source.libraries {
         let files = find_library(path.parent().unwrap_or(Path::new("")), stated);
         if files.is_empty() {
-            notes.push(format!(
-                "{}:{line}: the material library `{stated}` was not found; put it beside the OBJ file",
-                path.display()
-            ));
+            let place = Place { file: path.into(), line: *line };
+            let text = format!("the material library `{stated}` was not found; put it beside the OBJ file");
+            notes.add(NoteKind::Approximated, &place, text);
         }
         for file in files {
             let unreadable = |error| SceneError::unreadable(&file, error, "make the material library readable");
@@ -197,15 +211,23 @@ fn read_libraries(
                     continue;
                 }
                 let appearance = Appearance::of(&statements, file.parent().unwrap_or(Path::new("")));
-                let place = format!("{}:{}: material `{}`", file.display(), statements.line, statements.name);
-                notes.extend(appearance.notes.iter().map(|note| format!("{place}: {note}")));
+                let place = Place { file: file.as_path().into(), line: statements.line };
+                let title = format!("material `{}`", statements.name);
+                notes.add(NoteKind::Mapped, &place, format!("{title} becomes `{}`", appearance.bsdf.name()));
+                for (kind, text) in &appearance.notes {
+                    // What matters for no material is told once.
+                    let all = if *kind == NoteKind::Ignored { text.clone() } else { format!("{title}: {text}") };
+                    notes.add(*kind, &place, all);
+                }
                 appearances.push((statements.name, appearance));
             }
         }
     }
     for (name, line) in &source.materials {
         if !known.contains(name) {
-            notes.push(format!("{}:{line}: there is no material `{name}`: a matte grey stands for it", path.display()));
+            let place = Place { file: path.into(), line: *line };
+            let text = format!("there is no material `{name}`: a matte grey stands for it");
+            notes.add(NoteKind::Approximated, &place, text);
             appearances.push((name.clone(), Appearance::missing()));
         }
     }
@@ -229,10 +251,11 @@ fn find_library(folder: &Path, stated: &str) -> Vec<PathBuf> {
 fn read_groups(
     path: &Path,
     source: &Source,
+    smooths: bool,
     appearances: &mut Vec<(String, Appearance)>,
-    notes: &mut Vec<String>,
+    notes: &mut Notes,
 ) -> Result<Vec<Group>, SceneError> {
-    let Faces { meshes, turned } = faces::read(source).map_err(|error| error.in_file(path))?;
+    let Faces { meshes, turned } = faces::read(source, smooths).map_err(|error| error.in_file(path))?;
     let mut groups = Vec::new();
     for (run, mesh) in meshes.into_iter().filter(|(_, mesh)| !mesh.triangles.is_empty()) {
         let known = appearances.iter().position(|(name, _)| run.material == Some(name));
@@ -240,7 +263,8 @@ fn read_groups(
         groups.push(Group { name: run.name.to_owned(), mesh, appearance });
     }
     if turned > 0 {
-        notes.push(format!("{}: {turned} triangles were turned to the side of their normals", path.display()));
+        let place = Place { file: path.into(), line: 1 };
+        notes.add(NoteKind::Mapped, &place, format!("{turned} triangles were turned to the side of their normals"));
     }
     if groups.is_empty() {
         let error = SceneError::invalid("every face of the file is without area", "add faces that span an area");

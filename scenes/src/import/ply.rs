@@ -20,6 +20,7 @@ use rayon::prelude::*;
 use sampling::math::Spectrum;
 use sampling::{Vec2, Vec3};
 
+use super::translation::{Note, NoteKind, Notes, Place};
 use super::{polygon, viewpoint};
 use crate::builder::{MeshData, SceneBuilder};
 use crate::error::SceneError;
@@ -66,21 +67,26 @@ pub fn open(path: &Path) -> Result<Model, SceneError> {
     read(&crate::file::read(path).map_err(unreadable)?).map_err(|error| error.in_file(path))
 }
 
-/// Opens a file as a whole scene: what has colours is matte of these colours, the rest a matte grey.
-pub fn scene(path: &Path, name: &str, size: Option<(u32, u32)>) -> Result<SceneBuilder, SceneError> {
-    let Model { mesh, notes } = open(path)?;
+/// Opens a file as a whole scene, with what is to be told of it: what has colours is matte of these colours, the rest a matte grey.
+pub fn scene(path: &Path, name: &str, size: Option<(u32, u32)>) -> Result<(SceneBuilder, Vec<Note>), SceneError> {
+    let Model { mesh, notes: changed } = open(path)?;
     let mut builder = SceneBuilder::new(name);
-    notes.into_iter().for_each(|note| builder.note(note));
-    viewpoint::furnish(&mut builder, &[&mesh], false, size);
+    let (mut notes, place) = (Notes::default(), Place { file: path.into(), line: 1 });
+    changed.into_iter().for_each(|text| notes.add(NoteKind::Mapped, &place, text));
+    viewpoint::furnish(&mut builder, &[&mesh], false, size, &mut notes, &place);
     let reflects = |colour: &Spectrum| colour.max_component() <= 1.0;
     let coloured = !mesh.colours.is_empty() && mesh.colours.iter().all(reflects);
-    if !mesh.colours.is_empty() && !coloured {
-        builder.note("the vertices' colours exceed 1, and are not taken for albedos".to_string());
+    if coloured {
+        notes.add(NoteKind::Mapped, &place, "the vertices' colours become `vertex_colours` of a `lambert`");
+    } else if !mesh.colours.is_empty() {
+        let text = "the vertices' colours exceed 1, and are not taken for albedos";
+        notes.add(NoteKind::Approximated, &place, text);
     }
+    notes.tell(&mut builder);
     let grey = Lambert { albedo: Spectrum::splat(0.5) };
     let material = builder.material(if coloured { Material::lambert(Texture::VertexColour) } else { grey.into() });
     builder.mesh(mesh, material);
-    Ok(builder)
+    Ok((builder, notes.all().to_vec()))
 }
 
 /// Reads the bytes of a file.

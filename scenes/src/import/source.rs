@@ -31,6 +31,8 @@ pub(super) struct Source<'a> {
     pub total: Counts,
     /// What is said between faces, each with the number of faces before it.
     pub marks: Vec<(usize, Mark)>,
+    /// Smoothing groups, 0 for none, each with the number of faces before it.
+    pub smoothing: Vec<(usize, u32)>,
     /// The `mtllib` statements: line and the rest of it.
     pub libraries: Vec<(usize, String)>,
     /// The materials used: name and the line of the first use.
@@ -223,7 +225,7 @@ fn check_piece(text: &str, lines: usize) -> Result<Source<'_>, SceneError> {
                 source.marks.push((source.total.faces, Mark::Material(rest.to_owned())));
             }
             "mtllib" => source.libraries.push((line, rest.to_owned())),
-            "s" => {}
+            "s" => source.smoothing.push((source.total.faces, smoothing_group(rest))),
             other => source.ignore(other, line),
         }
     }
@@ -236,6 +238,17 @@ impl Source<'_> {
     fn ignore(&mut self, what: &str, line: usize) {
         let short: String = what.chars().take(24).collect();
         self.ignored.entry(short).or_insert((line, 0)).1 += 1;
+    }
+
+    /// Whether any face is in a smoothing group.
+    pub fn smooths(&self) -> bool {
+        self.smoothing.iter().any(|(_, group)| *group != 0)
+    }
+
+    /// The smoothing group of a face, 0 for none.
+    pub fn smoothing_of(&self, face: usize) -> u32 {
+        let behind = self.smoothing.partition_point(|(before, _)| *before <= face);
+        behind.checked_sub(1).map_or(0, |last| self.smoothing[last].1)
     }
 
     /// Writes a point of this number, counted from 1, in the plain dialect; number 0 is the zero that stands for none.
@@ -267,6 +280,7 @@ impl<'a> Source<'a> {
     fn join(&mut self, next: Source<'a>) {
         self.pieces.extend(next.pieces.into_iter().map(|piece| Piece { before: self.total, ..piece }));
         self.marks.extend(next.marks.into_iter().map(|(face, mark)| (self.total.faces + face, mark)));
+        self.smoothing.extend(next.smoothing.into_iter().map(|(face, group)| (self.total.faces + face, group)));
         self.libraries.extend(next.libraries);
         for (name, line) in next.materials {
             self.materials.entry(name).or_insert(line);
@@ -277,6 +291,11 @@ impl<'a> Source<'a> {
         self.total.points.iter_mut().zip(next.total.points).for_each(|(sum, count)| *sum += count);
         self.total.faces += next.total.faces;
     }
+}
+
+/// The number of a smoothing group: 0 is `off`, and any other word is one group.
+fn smoothing_group(word: &str) -> u32 {
+    if word == "off" || word.is_empty() { 0 } else { word.parse().unwrap_or(1) }
 }
 
 /// Says what is wrong with a position, a texture coordinate or a normal; true if there is a colour behind it.

@@ -7,6 +7,7 @@ use tempfile::TempDir;
 use super::appearance::Appearance;
 use super::mtl::{self, Statements};
 use super::obj::Model;
+use super::translation::{Note, NoteKind};
 use crate::load::{LoadOptions, load};
 
 /// A folder with these files.
@@ -46,7 +47,7 @@ fn check(statements: &str, name: &str, notes: &[&str]) -> Bsdf {
     assert!(debug.starts_with(&format!("{name}(")), "{statements:?} became {debug}");
     assert_eq!(made.notes.len(), notes.len(), "{statements:?}: {:?}", made.notes);
     for (made, expected) in made.notes.iter().zip(notes) {
-        assert!(made.contains(expected), "{statements:?}: {made:?} lacks {expected:?}");
+        assert!(made.1.contains(expected), "{statements:?}: {made:?} lacks {expected:?}");
     }
     made.bsdf
 }
@@ -71,7 +72,8 @@ fn the_rule_glass() {
     // Exporters write `Tf 1 1 1` and an index for everything: alone they mean nothing.
     check("illum 2\nKd 0.5\nNi 1.5\nd 1\nTr 0\nTf 1 1 1", "Lambert", &[]);
     check("illum 4\nKd 0.5\nd 1", "Lambert", &[]);
-    check("illum 2\nKd 0.5\nd 0.8", "Lambert", &["partly transparent"]);
+    check("illum 2\nKd 0.5\nd 0.8", "Lambert", &[]);
+    assert_eq!(appearance("illum 2\nKd 0.5\nd 0.8").opacity, Some(0.8));
 }
 
 #[test]
@@ -127,7 +129,8 @@ fn libraries_are_found_where_files_name_them_oddly() {
         let folder = folder(&[(file, mtl), ("a.obj", &obj)]);
         let model = open(&folder, "a.obj");
         assert!(model.emits(), "mtllib {stated}: {:?}", model.notes);
-        assert!(model.notes.is_empty(), "{:?}", model.notes);
+        let told = |note: &&Note| note.kind != NoteKind::Mapped;
+        assert!(!model.notes.all().iter().any(|note| told(&note)), "{:?}", model.notes);
     }
 }
 
@@ -139,11 +142,11 @@ fn what_is_missing_is_noted() {
     let scene = load(path.to_str().unwrap(), &LoadOptions::default()).unwrap();
     let notes = scene.notes.join("\n");
     for expected in [
-        "a.obj:1: the material library `none.mtl` was not found",
-        "a.obj:5: there is no material `lamp`",
-        "a.obj:7: `l` is not read (1 of them)",
-        "lit by an environment of radiance 1",
-        "the file has no camera",
+        "a.obj:1: approximated: the material library `none.mtl` was not found",
+        "a.obj:5: approximated: there is no material `lamp`",
+        "a.obj:7: approximated: `l` is not read (1 of them)",
+        "a.obj:1: added: nothing in the file emits: it is lit by an environment of radiance 1",
+        "a.obj:1: added: the file has no camera",
     ] {
         assert!(notes.contains(expected), "{expected:?} is not in\n{notes}");
     }
@@ -183,7 +186,8 @@ fn normals_say_which_side_is_the_front() {
     let mesh = &model.groups[0].mesh;
     let [a, b, c] = mesh.triangles[0].map(|i| mesh.positions[i as usize]);
     assert!((b - a).cross(c - a).z < 0.0);
-    assert!(model.notes[0].contains("1 triangles were turned to the side of their normals"), "{:?}", model.notes);
+    let told = model.notes.all()[0].to_string();
+    assert!(told.contains("mapped: 1 triangles were turned to the side of their normals"), "{told}");
 }
 
 #[test]
@@ -310,4 +314,54 @@ fn scene_files_take_meshes_from_files() {
     assert_eq!(painted.emitters.len(), 2);
     assert!(scene("material = \"white\"").unwrap().emitters.is_empty());
     assert!(scene("radius = 3").unwrap_err().contains("scene.toml:10: unknown key `radius`"));
+}
+
+/// A PNG of 2×2 texels of this colour.
+fn png(folder: &TempDir, name: &str, texel: [u8; 4]) {
+    image::RgbaImage::from_pixel(2, 2, image::Rgba(texel)).save(folder.path().join(name)).unwrap();
+}
+
+#[test]
+fn maps_are_read_on_meshes_with_texture_coordinates() {
+    let mtl = "newmtl leaf\nKd 0.5\nmap_Kd k.png\nmap_d m.png\nbump -bm 2 h.png\nKa 1\nmap_Ks s.png\n\
+               newmtl lamp\nKe 2 2 2\nmap_Ke -s 2 2 k.png\nnorm n.png\n";
+    let obj = format!(
+        "mtllib a.mtl\n{TRIANGLE}vt 0 0\nvt 1 0\nvt 0 1\ng first\nusemtl leaf\nf 1/1 2/2 3/3\nf 1 2 3\n\
+         g second\nusemtl lamp\nf 1/1 2/2 3/3\n"
+    );
+    let folder = folder(&[("a.obj", obj.as_str()), ("a.mtl", mtl)]);
+    png(&folder, "k.png", [255, 0, 0, 255]);
+    png(&folder, "m.png", [10, 20, 30, 51]);
+    png(&folder, "h.png", [0, 255, 0, 255]);
+    png(&folder, "n.png", [128, 128, 255, 255]);
+    let model = open(&folder, "a.obj");
+    let of = |name: &str| &model.appearances.iter().find(|(known, _)| known == name).unwrap().1;
+    let at = |texture: &crate::texture::Texture| {
+        let at = crate::texture::SurfaceCoordinates::of(sampling::Vec3::ZERO);
+        texture.at(&at).to_array()
+    };
+    let (leaf, lamp) = (of("leaf"), of("lamp"));
+    let near = |found: [f32; 3], known: [f32; 3]| {
+        assert!(found.iter().zip(known).all(|(a, b)| (a - b).abs() < 1e-5), "{found:?}, not {known:?}");
+    };
+    near(at(leaf.maps.albedo.as_ref().unwrap()), [0.5, 0.0, 0.0]);
+    near(at(leaf.maps.opacity.as_ref().unwrap()), [0.2; 3]);
+    near(at(leaf.maps.relief.as_ref().unwrap().map.texture()), [2.0 * 0.71516; 3]);
+    near(at(lamp.maps.emission.as_ref().unwrap()), [2.0, 0.0, 0.0]);
+    assert!(matches!(lamp.maps.relief.as_ref().unwrap().map, crate::relief::ReliefMap::Normals(_)));
+    let told: Vec<String> = model.notes.all().iter().map(|note| format!("{}: {}", note.kind, note.text)).collect();
+    let expected = [
+        "mapped: material `leaf` becomes `lambert`",
+        "ignored: `Ka` is not read",
+        "approximated: material `leaf`: `map_Ks s.png` is not read",
+        "mapped: material `lamp` becomes `lambert`",
+    ];
+    assert_eq!(told, expected);
+    let scene = load(folder.path().join("a.obj").to_str().unwrap(), &LoadOptions::default()).unwrap();
+    assert!(scene.needs.masks && scene.environment.is_none());
+    let labels = scene.labels.surfaces();
+    assert!(
+        labels.iter().any(|of| of == &["leaf", "first"]) && labels.iter().any(|of| of == &["lamp", "second"]),
+        "{labels:?}"
+    );
 }

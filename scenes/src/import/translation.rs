@@ -47,6 +47,8 @@ pub enum NoteKind {
     Approximated,
     /// What was left out, and changes no light.
     Ignored,
+    /// What was missing, and was made up.
+    Added,
 }
 
 impl fmt::Display for NoteKind {
@@ -55,6 +57,7 @@ impl fmt::Display for NoteKind {
             Self::Mapped => "mapped",
             Self::Approximated => "approximated",
             Self::Ignored => "ignored",
+            Self::Added => "added",
         })
     }
 }
@@ -113,6 +116,15 @@ impl Notes {
     pub fn all(&self) -> &[Note] {
         &self.list
     }
+
+    /// Tells a builder what its users should know: all but what was mapped.
+    pub fn tell(&self, builder: &mut SceneBuilder) {
+        tell(&self.list, builder);
+    }
+}
+
+fn tell(notes: &[Note], builder: &mut SceneBuilder) {
+    notes.iter().filter(|note| note.kind != NoteKind::Mapped).for_each(|note| builder.note(note.to_string()));
 }
 
 /// Lines of text with the places that they came from.
@@ -138,8 +150,7 @@ impl Lines {
 
     /// The key `label`, if there is a name that can be one.
     pub fn label(&mut self, place: &Place, name: Option<&str>) {
-        let fits = |name: &&str| (1..=100).contains(&name.chars().count()) && !name.chars().any(char::is_control);
-        if let Some(name) = name.filter(fits) {
+        if let Some(name) = name.filter(|name| can_be_label(name)) {
             self.key(place, "label", quoted(name));
         }
     }
@@ -170,6 +181,11 @@ impl Lines {
     pub fn append(&mut self, mut other: Lines) {
         self.0.append(&mut other.0);
     }
+}
+
+/// Whether a name can be a label.
+pub fn can_be_label(name: &str) -> bool {
+    (1..=100).contains(&name.chars().count()) && !name.chars().any(char::is_control)
 }
 
 /// How a shape of the scene begins.
@@ -221,9 +237,7 @@ impl Translation {
             if of_text { carried_back(error, &self.places) } else { error }
         })?;
         builder.came_from(self.places.clone());
-        for note in self.notes.iter().filter(|note| note.kind != NoteKind::Mapped) {
-            builder.note(note.to_string());
-        }
+        tell(&self.notes, &mut builder);
         Ok(builder)
     }
 

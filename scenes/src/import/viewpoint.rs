@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::translation::{self, Lines, Place};
+use super::translation::{self, Lines, NoteKind, Notes, Place};
 use crate::builder::{CameraSettings, MeshData, SceneBuilder};
 use crate::camera::Projection;
 use sampling::math::Spectrum;
@@ -25,15 +25,30 @@ const SIDES: [(DVec3, DVec3); 6] = [
 ];
 
 /// Gives a scene of these meshes a camera, and an environment of radiance 1 if nothing emits; notes say so.
-pub fn furnish(builder: &mut SceneBuilder, meshes: &[&MeshData], emits: bool, size: Option<(u32, u32)>) {
+pub fn furnish(
+    builder: &mut SceneBuilder,
+    meshes: &[&MeshData],
+    emits: bool,
+    size: Option<(u32, u32)>,
+    notes: &mut Notes,
+    place: &Place,
+) {
     if !emits {
         builder.environment(Spectrum::ONE);
-        builder.note("nothing in the file emits: it is lit by an environment of radiance 1".to_string());
     }
     let camera = choose(meshes, emits, size.unwrap_or((256, 256)));
-    let at = camera.position;
-    builder.note(format!("the file has no camera: one was placed at ({:.4}, {:.4}, {:.4})", at.x, at.y, at.z));
+    tell(&camera, emits, notes, place);
     builder.camera(camera);
+}
+
+/// Says that a camera was chosen, and an environment if nothing emits.
+pub fn tell(camera: &CameraSettings, emits: bool, notes: &mut Notes, place: &Place) {
+    if !emits {
+        notes.add(NoteKind::Added, place, "nothing in the file emits: it is lit by an environment of radiance 1");
+    }
+    let at = camera.position;
+    let text = format!("the file has no camera: one was placed at ({:.4}, {:.4}, {:.4})", at.x, at.y, at.z);
+    notes.add(NoteKind::Added, place, text);
 }
 
 /// A camera that was chosen, as a scene file has it.

@@ -55,6 +55,13 @@ impl Scattering {
         Ok(Self::Model(Box::new(Parameters { model, arguments, textures })))
     }
 
+    /// Lambert's law, of an albedo that varies.
+    pub fn lambert(albedo: Texture) -> Self {
+        let model = Bsdf::model("lambert").expect("it is in the list");
+        let arguments = Arguments::presets(model.parameters);
+        Self::new(model, arguments, vec![(0, albedo)]).expect("an albedo alone")
+    }
+
     /// The BSDF at a point; textures are read here, once per hit. Arguments are tried when the scene is built, at vertices and
     /// extremes; should they not go together at a point between, it scatters what is not a number, so that it is counted and
     /// reported.

@@ -7,6 +7,7 @@ use glam::{DMat3, DMat4, DVec3};
 use sampling::{Vec2, Vec3};
 
 use crate::builder::MeshData;
+use crate::import::smoothing::normal_and_angles;
 
 /// The first line of files that are made here, by which they are known again.
 pub const HEADER: &str = "# A mesh made by neumann convert.";
@@ -101,15 +102,7 @@ pub fn smooth_normals(mesh: &MeshData, map: &DMat4) -> Option<Vec<Vec3>> {
     let faces: Vec<(DVec3, [f64; 3])> = mesh
         .triangles
         .iter()
-        .map(|corners| {
-            let p = corners.map(|i| map.transform_point3(mesh.positions[i as usize]));
-            let normal = (p[1] - p[0]).cross(p[2] - p[0]).normalize_or_zero();
-            let angle = |i: usize| {
-                let (a, b) = (p[(i + 1) % 3] - p[i], p[(i + 2) % 3] - p[i]);
-                a.cross(b).length().atan2(a.dot(b))
-            };
-            (normal, [angle(0), angle(1), angle(2)])
-        })
+        .map(|corners| normal_and_angles(corners.map(|i| map.transform_point3(mesh.positions[i as usize]))))
         .collect();
     for (corners, (normal, angles)) in mesh.triangles.iter().zip(&faces) {
         for (&i, angle) in corners.iter().zip(angles) {
@@ -196,7 +189,7 @@ mod tests {
         assert!((area(&pipe) / TAU - 1.0).abs() < 2e-3);
         for mesh in [ball, pipe] {
             let model = Model::read(Path::new("a.obj"), obj(&mesh).as_bytes()).unwrap();
-            assert!(model.notes.is_empty(), "{:?}", model.notes);
+            assert!(model.notes.all().is_empty(), "{:?}", model.notes);
             let again = &model.groups[0].mesh;
             assert_eq!(again.triangles.len(), mesh.triangles.len());
             for (a, b) in again.triangles.iter().zip(&mesh.triangles) {

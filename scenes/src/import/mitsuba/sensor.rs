@@ -58,7 +58,7 @@ pub fn write<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<Line
         // Without one the lens is focussed on what is very far; here on the target, so it is always said.
         keys.push(("focus_distance", number(plugin.float_or("focus_distance", 10_000.0)?)));
     }
-    let (position, ahead, up, mirrored) = frame(&to_world, place, context);
+    let (position, ahead, up, mirrored) = frame(&to_world, kind == "orthographic", place, context);
     let mut lines = Lines::default();
     lines.table(place, "[camera]");
     if kind != "pinhole" {
@@ -92,10 +92,12 @@ pub fn write<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<Line
     Ok(lines)
 }
 
-/// Position, view, up, and whether the image is mirrored.
-fn frame(to_world: &DMat4, place: &Place, context: &mut Context) -> (DVec3, DVec3, DVec3, bool) {
+/// Position, view, up, and whether the image is mirrored. To `parallel` rays it is nothing how long the view's axis is.
+fn frame(to_world: &DMat4, parallel: bool, place: &Place, context: &mut Context) -> (DVec3, DVec3, DVec3, bool) {
     let axes = DMat3::from_mat4(*to_world);
-    if !super::transform::is_similarity(to_world, 1e-4) {
+    let along = if parallel { axes.z_axis.normalize() * axes.x_axis.length() } else { axes.z_axis };
+    let shape = DMat4::from_mat3(DMat3::from_cols(axes.x_axis, axes.y_axis, along));
+    if !super::transform::is_similarity(&shape, 1e-4) {
         context.approximate(place, "the transform of a sensor stretches or shears it, which is left out");
     }
     (to_world.w_axis.truncate(), axes.z_axis.normalize(), axes.y_axis.normalize(), axes.determinant() < 0.0)

@@ -275,8 +275,11 @@ fn mesh_file<'a>(plugin: &Plugin<'a>, transform: DMat4, context: &mut Context<'a
     if plugin.kind() == "ply" {
         return Ok(Some(ply(plugin, &path, flat, form, context)?));
     }
+    let mut as_it_is = false;
     let (data, has_normals, of_faces) = if is_obj {
-        let groups: Vec<MeshData> = Model::open(&path)?.groups.into_iter().map(|group| group.mesh).collect();
+        let model = Model::open_unsmoothed(&path)?;
+        as_it_is = !model.has_smoothing;
+        let groups: Vec<MeshData> = model.groups.into_iter().map(|group| group.mesh).collect();
         let has_normals = groups.iter().any(|mesh| !mesh.normals.is_empty());
         (groups, has_normals, flat)
     } else {
@@ -290,7 +293,7 @@ fn mesh_file<'a>(plugin: &Plugin<'a>, transform: DMat4, context: &mut Context<'a
     };
     let mut data = mesh::joined(data);
     let smoothed = if has_normals || of_faces { None } else { mesh::smooth_normals(&data, &transform) };
-    if is_obj && smoothed.is_none() && !(has_normals && of_faces) {
+    if as_it_is && smoothed.is_none() && !(has_normals && of_faces) {
         return Ok(Some(form(&context.named_from_base(&path), has_normals)));
     }
     if of_faces {
