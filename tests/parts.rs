@@ -117,6 +117,26 @@ fn every_strategy_alone_estimates_its_order() {
     family.finish(0.9);
 }
 
+/// Near an edge the geometry term between the two surfaces has no second moment, and there is no edge in a sphere. A false alarm in the
+/// sphere has a probability of at most 0.1 % for each strategy, 2 % in all; the seed is fixed.
+#[test]
+fn strategies_that_have_no_variance_alone_are_told() {
+    let unbounded = |name, samples| {
+        let scene = builtin(name, 16);
+        let method = method_with("bdpt", json!({"roulette": "none"}));
+        let parts = PartSettings { strategies: true, ..PartSettings::default() };
+        let request = request(&scene, method.as_ref(), &settings(samples, name), &parts).unwrap().with_fireflies();
+        let mut render =
+            Render::of_request(&scene, method.as_ref(), settings(samples, name), Window::whole(16, 16), request)
+                .unwrap();
+        (0..2).for_each(|_| render.run_replicate(&|_| {}));
+        render.finish().unbounded_strategies()
+    };
+    let in_corners = unbounded("cornell_box", 512);
+    assert!(!in_corners.is_empty() && in_corners.iter().all(|&(s, t)| s >= 2 && t >= 2), "{in_corners:?}");
+    assert_eq!(unbounded("integrating_sphere", 128), []);
+}
+
 #[test]
 fn light_groups_add_up_and_each_is_the_image_of_its_lamps_alone() {
     let parts = PartSettings { groups: true, ..PartSettings::default() };

@@ -1,9 +1,10 @@
-//! What the command line says of taking an image apart.
+//! What the command line says of taking an image apart, and what is said of the strategies that came of it.
 
 use crate::error::Error;
 use crate::export::exr::LayerSelection;
+use crate::export::notation::enumerated;
 use integrators::lpe::Expression;
-use integrators::{PartSettings, PathClass};
+use integrators::{Measurement, PartSettings, PathClass};
 
 /// A path class as it is typed: `NAME=EXPR`. The name is that of the image's layer.
 ///
@@ -32,4 +33,19 @@ pub fn settings(layers: LayerSelection, classes: &[PathClass]) -> Result<PartSet
         }
     }
     Ok(PartSettings { strategies: layers.strategies, groups: layers.groups, classes: classes.to_vec() })
+}
+
+/// What to beware of where strategies that stand alone have a variance that looks infinite.
+pub fn unbounded_in_words(m: &Measurement) -> Option<String> {
+    let strategies: Vec<String> = m.unbounded_strategies().iter().map(|(s, t)| format!("({s}, {t})")).collect();
+    let which = match strategies.len() {
+        0 => return None,
+        1 => "the variance of strategy",
+        _ => "the variances of strategies",
+    };
+    let (whose, looks) = if strategies.len() == 1 { ("its raw layer", "looks") } else { ("their raw layers", "look") };
+    Some(format!(
+        "{which} {}, unweighted, {looks} infinite: no error bar of {whose} can be trusted",
+        enumerated(strategies)
+    ))
 }

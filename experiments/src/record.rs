@@ -275,13 +275,18 @@ impl Table {
                 self.add(Record { order: layer.label(), quantity: "largest", value, ..blank.clone() });
             }
         }
-        for (layer, tail) in method.measurement.layers.iter().zip(method.measurement.fireflies.tails()) {
+        let m = &method.measurement;
+        let series = m.layers.iter().map(|layer| Some(layer.label()));
+        let raw = |part: &Part| matches!(part, Part::Strategy { quantity: Quantity::Raw, .. });
+        let parts = m.parts.iter().map(|part| raw(part).then(|| part.name(m.max_order)));
+        for (name, tail) in series.chain(parts).zip(m.fireflies.tails()) {
+            let Some(order) = name else { continue };
             let index = tail.index().map(|(index, _)| index);
             let numbers =
                 [("kurtosis", tail.kurtosis()), ("top_share", tail.second_moment_of_top(TOP)), ("tail_index", index)];
             for (quantity, value) in numbers {
                 if let Some(value) = value {
-                    self.add(Record { order: layer.label(), quantity, value, ..blank.clone() });
+                    self.add(Record { order: order.clone(), quantity, value, ..blank.clone() });
                 }
             }
         }

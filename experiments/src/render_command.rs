@@ -125,6 +125,8 @@ impl Job {
     fn run(&self, verbosity: Verbosity, stop: &Stop) -> Result<(Measurement, Status), Error> {
         let pixels = u64::from(self.window.width()) * u64::from(self.window.height());
         let request = render::request(&self.scene, &*self.method, &self.settings, &self.parts)?;
+        // Of strategies the tails are told.
+        let request = if self.parts.strategies { request.with_fireflies() } else { request };
         let layers = request.film_layers() as u64;
         let what = if layers > 2 * request.layers().len() as u64 { "this image, taken apart," } else { "this image" };
         let image = u64::from(self.scene.camera.width()) * u64::from(self.scene.camera.height());
@@ -205,6 +207,9 @@ impl Job {
         }
         if let Some(bias) = self.method.bias().label() {
             text += &format!("  {} is {bias}\n", self.method.name());
+        }
+        if let Some(words) = parts::unbounded_in_words(m) {
+            text += &format!("  {words}\n");
         }
         for note in &self.scene.notes {
             text += &format!("  note: {note}\n");

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
 /// The experiments embedded in the program: names and files.
-pub const LIBRARY: [(&str, &str); 14] = [
+pub const LIBRARY: [(&str, &str); 15] = [
+    ("bdpt_options", include_str!("../library/bdpt_options.toml")),
     ("best_per_order", include_str!("../library/best_per_order.toml")),
     ("comparison", include_str!("../library/comparison.toml")),
     ("consistency", include_str!("../library/consistency.toml")),

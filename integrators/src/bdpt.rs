@@ -175,7 +175,6 @@ impl Estimator for Bdpt {
             camera: &camera,
             counters: &mut scratch.counters,
             trails: &mut scratch.trails,
-            classifier: request.parts().classifier().filter(|_| S::WANTS.classes),
             out,
         }
         .run(sampler);

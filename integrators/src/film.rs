@@ -66,7 +66,7 @@ impl<'r> BlockFilm<'r> {
             splats: Splats::new(window.height().div_ceil(TILE) as usize),
             window,
             invalid: vec![0; request.layers().len()],
-            fireflies: request.keeps_fireflies().then(|| Fireflies::new(request.layers().len())),
+            fireflies: request.keeps_fireflies().then(|| Fireflies::new(request.layers().len(), layers)),
             counters: Counters::default(),
         }
     }

@@ -62,27 +62,31 @@ pub struct Fireflies {
     layers: Vec<Vec<Firefly>>,
     /// Of each layer the size above which a contribution is kept.
     least: Vec<f32>,
+    /// Of each layer of the film.
     tails: Vec<Tail>,
-    /// Of each layer what the sample at work has brought.
+    /// Of each layer of the film what the sample at work has brought.
     sample: Vec<f32>,
+    /// The layers of parts to which it has brought anything.
+    met: Vec<usize>,
     /// Whether there is a sample at work.
     at_work: bool,
 }
 
 impl Fireflies {
-    /// None yet, of so many layers.
-    pub fn new(layers: usize) -> Self {
+    /// None yet, of a film of so many layers, of which the first `series` make up the image.
+    pub fn new(series: usize, layers: usize) -> Self {
         Self {
-            layers: vec![Vec::new(); layers],
-            least: vec![0.0; layers],
+            layers: vec![Vec::new(); series],
+            least: vec![0.0; series],
             tails: vec![Tail::default(); layers],
             sample: vec![0.0; layers],
+            met: Vec::new(),
             at_work: false,
         }
     }
 
-    /// Of each layer the tail of what single samples bring: of a sample all that it contributes to the layer, mean of channels,
-    /// wherever it lands.
+    /// Of each layer of the film the tail of what single samples bring: of a sample all that it contributes to the layer, mean of
+    /// channels, wherever it lands. Of parts they are those of raw strategies; the others' are of nothing.
     pub fn tails(&self) -> &[Tail] {
         &self.tails
     }
@@ -101,9 +105,14 @@ impl Fireflies {
     /// Ends the sample at work, if there is one.
     pub(crate) fn end_sample(&mut self) {
         if self.at_work {
-            for (tail, brought) in self.tails.iter_mut().zip(&mut self.sample) {
+            let series = self.layers.len();
+            for (tail, brought) in self.tails.iter_mut().zip(&mut self.sample[..series]) {
                 tail.add(f64::from(std::mem::take(brought)));
             }
+            for &part in &self.met {
+                self.tails[part].add(f64::from(std::mem::take(&mut self.sample[part])));
+            }
+            self.met.clear();
         }
         self.at_work = false;
     }
@@ -119,6 +128,17 @@ impl Fireflies {
     #[inline]
     pub(crate) fn count(&mut self, layer: usize, size: f32) {
         self.sample[layer] += size;
+    }
+
+    /// Counts a contribution of the sample at work to a part of the image. What is beyond all numbers counts as the largest.
+    #[inline]
+    pub(crate) fn count_part(&mut self, layer: usize, size: f32) {
+        if size > 0.0 {
+            if self.sample[layer] == 0.0 {
+                self.met.push(layer);
+            }
+            self.sample[layer] = (self.sample[layer] + size).min(f32::MAX);
+        }
     }
 
     /// Whether a contribution of this size would be kept.
@@ -173,6 +193,11 @@ impl Fireflies {
     /// Takes in the tails that a block's film has gathered over a replicate.
     pub(crate) fn add_tails(&mut self, block: &Self) {
         self.tails.iter_mut().zip(&block.tails).for_each(|(tail, other)| tail.merge(other));
+        // To parts most samples bring nothing, and were not counted.
+        let samples = self.tails.first().map_or(0, |tail| tail.count);
+        for tail in &mut self.tails[self.layers.len()..] {
+            tail.add_zeros(samples - tail.count);
+        }
     }
 }
 
@@ -186,10 +211,10 @@ impl Stored for Fireflies {
     fn read(from: &mut dyn Read) -> io::Result<Self> {
         let layers = <Vec<Vec<Firefly>>>::read(from)?;
         let tails = <Vec<StoredTail>>::read(from)?;
-        if tails.len() != layers.len() {
+        if tails.len() < layers.len() {
             return Err(damaged("tails of other layers"));
         }
-        let mut found = Self::new(layers.len());
+        let mut found = Self::new(layers.len(), tails.len());
         found.tails = tails.into_iter().map(|StoredTail(tail)| tail).collect();
         for (layer, fireflies) in layers.into_iter().enumerate() {
             found.layers[layer] = fireflies;
@@ -254,7 +279,7 @@ mod tests {
     use sampling::vec2;
 
     fn block(values: &[f32]) -> Fireflies {
-        let mut block = Fireflies::new(1);
+        let mut block = Fireflies::new(1, 2);
         for (i, &value) in values.iter().enumerate() {
             let technique = Technique::Connect { s: 1, t: 2 };
             let c = Contribution::new(vec2(0.0, 0.0), technique, Spectrum::splat(value), 1.0);
@@ -271,7 +296,7 @@ mod tests {
         let mut sorted = values.clone();
         sorted.sort_by(|a, b| b.total_cmp(a));
         for pieces in [1, 3, 50] {
-            let mut all = Fireflies::new(1);
+            let mut all = Fireflies::new(1, 2);
             values.chunks(values.len().div_ceil(pieces)).for_each(|chunk| all.add_block(&block(chunk), 0));
             let sizes: Vec<f32> = all.layers()[0].iter().map(Firefly::size).collect();
             assert_eq!(sizes, sorted[..KEPT], "{pieces}");
@@ -280,15 +305,19 @@ mod tests {
 
     #[test]
     fn what_is_read_is_what_was_written() {
-        let mut all = Fireflies::new(1);
+        let mut all = Fireflies::new(1, 2);
         for replicate in 0..3 {
             let mut block = block(&[1.0, 0.0, 5e-9, 7.0 + replicate as f32]);
             block.start_sample();
             block.count(0, 3.0);
+            block.count_part(1, 0.0);
+            block.count_part(1, 2.0 + replicate as f32);
+            block.start_sample();
             block.end_sample();
             all.add_block(&block, replicate);
             all.add_tails(&block);
         }
+        assert_eq!(all.tails().iter().map(|tail| (tail.count, tail.sums[0])).collect::<Vec<_>>(), [(6, 9.0), (6, 9.0)]);
         let mut bytes = Vec::new();
         all.write(&mut bytes).unwrap();
         assert_eq!(Fireflies::read(&mut bytes.as_slice()).unwrap(), all);
@@ -297,7 +326,7 @@ mod tests {
 
     #[test]
     fn what_is_not_finite_comes_first() {
-        let mut all = Fireflies::new(1);
+        let mut all = Fireflies::new(1, 2);
         all.add_block(&block(&[1.0, f32::NAN, 3.0, f32::INFINITY]), 5);
         let samples: Vec<u32> = all.layers()[0].iter().map(|firefly| firefly.sample).collect();
         assert_eq!(samples, [1, 3, 2, 0]);

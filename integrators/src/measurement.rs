@@ -1,10 +1,11 @@
 //! What a render leaves behind: means, variances and covariances of every order, and what they cost.
 
 use crate::fireflies::Fireflies;
-use crate::parts::Part;
+use crate::parts::{Part, Quantity};
 use crate::statistics::BlockGrid;
 use crate::stored;
 use sampling::fault;
+use sampling::tail::Variance;
 use serde::Serialize;
 
 /// One image of a measurement: an order of the Neumann series, or all orders beyond the last one.
@@ -147,6 +148,17 @@ impl Measurement {
     /// The parts, each with its place among all layers.
     pub fn parts(&self) -> impl Iterator<Item = (usize, &Part)> {
         self.parts.iter().enumerate().map(|(i, part)| (self.layers.len() + i, part))
+    }
+
+    /// The strategies `(s, t)` of which the variance looks infinite where they stand alone, unweighted. Known where fireflies are kept.
+    pub fn unbounded_strategies(&self) -> Vec<(usize, usize)> {
+        let unbounded =
+            |layer: usize| self.fireflies.tails().get(layer).is_some_and(|t| t.variance() == Variance::Infinite);
+        let raw = self.parts().filter_map(|(layer, part)| match *part {
+            Part::Strategy { s, t, quantity: Quantity::Raw } => Some((layer, (s, t))),
+            _ => None,
+        });
+        raw.filter(|&(layer, _)| unbounded(layer)).map(|(_, strategy)| strategy).collect()
     }
 
     #[inline]

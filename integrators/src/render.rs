@@ -269,10 +269,8 @@ impl<'a> Render<'a> {
         let together = if iterates { blocks.tiles() } else { blocks.count() };
         let mut pass = self.method.begin(self.scene, &self.request, replicate);
         let wave = (WAVE_BYTES / BlockFilm::bytes(&self.request, width, height).max(1)).clamp(1, WAVE);
-        let mut films = vec![
-            BlockFilm::new(&self.request, *self.scene.camera.raster(), self.window.clone());
-            wave.min(together as usize)
-        ];
+        let film = || BlockFilm::new(&self.request, *self.scene.camera.raster(), self.window.clone());
+        let mut films: Vec<_> = (0..wave.min(together as usize)).map(|_| film()).collect();
         self.film.clear();
         let mut first = 0;
         while first < blocks.count() {

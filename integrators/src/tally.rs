@@ -39,7 +39,7 @@ impl Tally {
             seconds: Vec::new(),
             invalid: vec![0; series],
             counters: Counters::default(),
-            fireflies: Fireflies::new(series),
+            fireflies: Fireflies::new(series, layers),
         }
     }
 
@@ -74,7 +74,7 @@ impl Tally {
         self.seconds.clear();
         self.invalid.fill(0);
         self.counters = Counters::default();
-        self.fireflies = Fireflies::new(self.invalid.len());
+        self.fireflies = Fireflies::new(self.invalid.len(), self.pixels.layers());
     }
 
     /// Whether it is one of images of the same pixels and layers, whole in itself.
@@ -85,6 +85,7 @@ impl Tally {
             && self.blocks.count == self.pixels.count
             && self.invalid.len() == other.invalid.len()
             && self.fireflies.layers().len() == other.fireflies.layers().len()
+            && self.fireflies.tails().len() == other.fireflies.tails().len()
             && [self.means.len(), self.seconds.len()] == [count; 2]
             && self.means.iter().all(|means| means.len() == self.pixels.layers())
     }

@@ -2,6 +2,7 @@
 
 use crate::cli::print;
 use crate::error::Error;
+use crate::parts;
 use crate::progress::Verbosity;
 use crate::report::errors;
 use crate::report::summary::{Sentence, Tone};
@@ -68,6 +69,11 @@ fn summary(result: &ExperimentResult, judged: &[(&str, Sentence)], path: &Path) 
     }
     for (scene, sentence) in judged {
         text += &format!("{scene}: {}\n", sentence.text);
+    }
+    for m in &result.methods {
+        if let Some(words) = parts::unbounded_in_words(&m.measurement) {
+            text += &format!("{}, {}: {words}\n", m.scene, m.label);
+        }
     }
     text += &compositions(&result.choices);
     text += &ratios(&result.ratios);

@@ -30,8 +30,6 @@ pub(super) struct Join<'a, S> {
     pub paths: &'a [LightPath],
     pub camera: &'a [PathVertex],
     pub counters: &'a mut Counters,
-    /// Where classes are asked for, what tells them.
-    pub classifier: Option<&'a Classifier>,
     pub trails: &'a mut Trails,
     pub out: &'a mut S,
 }
@@ -49,9 +47,15 @@ struct Connection<'c> {
     ray: Ray,
 }
 
-impl<S: Sink> Join<'_, S> {
+impl<'a, S: Sink> Join<'a, S> {
+    /// What tells classes, where they are asked for; nothing is compiled of that for sinks that never ask.
+    #[inline]
+    pub fn classifier(&self) -> Option<&'a Classifier> {
+        if S::WANTS.classes { self.request.parts().classifier() } else { None }
+    }
+
     pub fn run(&mut self, sampler: &mut Sampler) {
-        if let Some(classifier) = self.classifier {
+        if let Some(classifier) = self.classifier() {
             self.follow(classifier);
         }
         if self.strategies.emitter_to_camera && self.request.wants(0) {
@@ -86,7 +90,7 @@ impl<S: Sink> Join<'_, S> {
 
     /// The path of one strategy alone, of the whole subpaths.
     pub fn run_strategy(&mut self, (s, t): (usize, usize), sampler: &mut Sampler) {
-        if let Some(classifier) = self.classifier {
+        if let Some(classifier) = self.classifier() {
             self.follow(classifier);
         }
         match (s, t) {
@@ -131,7 +135,7 @@ impl<S: Sink> Join<'_, S> {
 
     /// Adds what was emitted.
     pub(super) fn add_emission(&mut self, t: usize, emitter: EmitterId, value: Spectrum, weight: f64) {
-        if let Some(classifier) = self.classifier {
+        if let Some(classifier) = self.classifier() {
             trail::end(classifier, self.trails.camera.at(t - 1), emitter, &mut self.trails.classes);
         }
         self.add(self.raster, (&[], &self.camera[..t]), emitter, value, weight);
@@ -325,7 +329,7 @@ impl<S: Sink> Join<'_, S> {
     fn add_connected(&mut self, connection: &Connection, value: Spectrum, weight: f64) {
         let &Connection { raster, light, camera, .. } = connection;
         let Site::Emitter(emitter, _) = &light[0].site else { return };
-        if let Some(classifier) = self.classifier {
+        if let Some(classifier) = self.classifier() {
             self.classify(classifier, connection, *emitter);
         }
         self.add(raster, (light, camera), *emitter, value, weight);
@@ -343,7 +347,7 @@ impl<S: Sink> Join<'_, S> {
     ) {
         let technique = Technique::connect(light.len(), camera.len());
         let path = if S::WANTS.vertices { PathView { light, camera } } else { PathView::default() };
-        let classes = if self.classifier.is_some() { &self.trails.classes[..] } else { &[] };
+        let classes = if self.classifier().is_some() { &self.trails.classes[..] } else { &[] };
         self.out.add(Contribution { raster, technique, value, weight, path, emitter: Some(emitter), classes });
     }
 

@@ -57,24 +57,10 @@ impl Bdpt {
         trace_camera(scene, &strategies, &sample, sampler, scratch);
         let camera = std::mem::take(&mut scratch.camera);
         let (counters, trails) = (&mut scratch.counters, &mut scratch.trails);
-        let classifier = request.parts().classifier().filter(|_| S::WANTS.classes);
         let settings = self;
         let (light, paths) = (&[][..], &[][..]);
-        Join {
-            scene,
-            request,
-            settings,
-            strategies,
-            raster,
-            light,
-            paths,
-            camera: &camera,
-            counters,
-            trails,
-            classifier,
-            out,
-        }
-        .gather(photons, sampler);
+        Join { scene, request, settings, strategies, raster, light, paths, camera: &camera, counters, trails, out }
+            .gather(photons, sampler);
         scratch.camera = camera;
     }
 }
@@ -82,7 +68,7 @@ impl Bdpt {
 impl<S: Sink> Join<'_, S> {
     /// Merges, each path in one way.
     fn gather(&mut self, photons: &Photons, sampler: &Sampler) {
-        if let Some(classifier) = self.classifier {
+        if let Some(classifier) = self.classifier() {
             self.follow(classifier);
         }
         let mut all_delta = true;
@@ -147,10 +133,10 @@ impl<S: Sink> Join<'_, S> {
         sampler: &Sampler,
         (value, weight): (Spectrum, f64),
     ) {
-        let (camera, trails) = (&self.camera[..t], &mut *self.trails);
+        let camera = &self.camera[..t];
         let z = &camera[t - 1];
-        if let Some(classifier) = self.classifier {
-            let Trails { camera: trail, classes, .. } = trails;
+        if let Some(classifier) = self.classifier() {
+            let Trails { camera: trail, classes, .. } = &mut *self.trails;
             trail.scatter(classifier, Subpath::Camera, t - 1, &Bounce { hit, wo: z.wo, wi: photon.wo, delta: false });
             trail::join(classifier, trail.at(trail.last()), photons.shares(photon), classes);
             trail.pop();
@@ -164,7 +150,7 @@ impl<S: Sink> Join<'_, S> {
         }
         let path = if S::WANTS.vertices { PathView { light: &again.light, camera } } else { PathView::default() };
         let technique = Technique::merge(usize::from(photon.vertices), t);
-        let classes = if self.classifier.is_some() { &self.trails.classes[..] } else { &[] };
+        let classes = if self.classifier().is_some() { &self.trails.classes[..] } else { &[] };
         let emitter = Some(photon.emitter);
         self.out.add(Contribution { raster: self.raster, technique, value, weight, path, emitter, classes });
     }

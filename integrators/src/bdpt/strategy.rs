@@ -57,7 +57,6 @@ impl Bdpt {
             camera: &camera,
             counters: &mut scratch.counters,
             trails: &mut scratch.trails,
-            classifier: request.parts().classifier().filter(|_| S::WANTS.classes),
             out,
         }
         .run_strategy((s, t), sampler);

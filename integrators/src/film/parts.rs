@@ -2,6 +2,7 @@
 
 use super::{BlockFilm, PixelSink};
 use crate::contribution::{Contribution, Sink, Wants};
+use crate::fireflies::size;
 use crate::method::Pixel;
 use crate::trail::ClassShare;
 use sampling::Spectrum;
@@ -20,6 +21,8 @@ impl Sink for PartsFilm<'_, '_> {
         if let Some(strategy) = parts.strategy(c.technique) {
             // A raw value may be beyond all numbers where its weight is 0.
             let raw = if c.value.is_finite() { c.value } else { Spectrum::ZERO };
+            let scale = film.scale;
+            film.fireflies.iter_mut().for_each(|found| found.count_part(strategy + 1, size(raw) * scale));
             let weight = c.weight as f32;
             film.place(&c, strategy, [value, raw, Spectrum::new(weight, 1.0, weight + 1.0)]);
         }
