@@ -223,10 +223,11 @@ class Viewer {
     this.point(pixel, true);
   }
 
-  // Another layer or method for a pane; layers of both where they are linked.
+  // Another layer or method for a pane; layers of both where they are linked and both have it.
   choose(pane, change) {
     Object.assign(this[pane], change);
-    if (this.linked && change.column !== undefined) this.a.column = this.b.column = change.column;
+    const other = pane === "a" ? this.b : this.a;
+    if (this.linked && this.images.has(other.method, this[pane].column)) other.column = this[pane].column;
     this.update();
     this.say(`A: ${this.title("a")}. B: ${this.title("b")}.`);
   }
