@@ -255,7 +255,7 @@ mod tests {
         // The one script is the page's own, and no other may run.
         let (before, script) = page.split_once("<script type=\"module\" nonce=\"").unwrap();
         let (nonce, _) = script.split_once('"').unwrap();
-        assert!(before.contains(&format!("script-src 'nonce-{nonce}'")) && nonce.len() == 64);
+        assert!(before.contains(&format!("script-src &#39;nonce-{nonce}&#39;")) && nonce.len() == 64);
         files.extend([before.to_owned(), script.to_owned()]);
         for file in files {
             assert!(!file.contains("<script") && !file.contains("<img src=x") && !file.contains('\0'));
