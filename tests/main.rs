@@ -25,6 +25,7 @@ mod mis_weights;
 mod needs;
 mod open_set;
 mod orders;
+mod page;
 mod parts;
 mod radiosity;
 mod real_scenes;

@@ -45,7 +45,7 @@ impl Picture {
         for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
             let xs = x * shrink..((x + 1) * shrink).min(w);
             let ys = y * shrink..((y + 1) * shrink).min(h);
-            rgb.extend(exposure.apply(block_mean(measurement, layer, xs, ys)));
+            rgb.extend(exposure.apply(block_mean(w, xs, ys, |p| pixel(measurement, layer, p))));
         }
         Self { width, height, rgb }
     }
@@ -119,18 +119,24 @@ fn pixel(measurement: &Measurement, layer: Option<usize>, pixel: usize) -> [f64;
 
 /// The exposure under which a layer, or with `None` the sum, can be seen; `None` where it is black. It is taken from means of
 /// small blocks: of single pixels, it would be the darker the noisier they are.
-pub(super) fn exposure_of(measurement: &Measurement, layer: Option<usize>) -> Option<Exposure> {
+pub(crate) fn exposure_of(measurement: &Measurement, layer: Option<usize>) -> Option<Exposure> {
     let (w, h) = (measurement.width as usize, measurement.height as usize);
     let blocks = (0..h).step_by(BLOCK).flat_map(|y| (0..w).step_by(BLOCK).map(move |x| (x, y)));
-    Exposure::of(blocks.map(|(x, y)| block_mean(measurement, layer, x..(x + BLOCK).min(w), y..(y + BLOCK).min(h))))
+    let mean = |(x, y)| block_mean(w, x..(x + BLOCK).min(w), y..(y + BLOCK).min(h), |p| pixel(measurement, layer, p));
+    Exposure::of(blocks.map(mean))
 }
 
-/// Mean of a rectangle of pixels.
-fn block_mean(measurement: &Measurement, layer: Option<usize>, xs: Range<usize>, ys: Range<usize>) -> [f64; 3] {
+/// Mean of a rectangle of an image with so many pixels in a row.
+pub(crate) fn block_mean(
+    width: usize,
+    xs: Range<usize>,
+    ys: Range<usize>,
+    value: impl Fn(usize) -> [f64; 3],
+) -> [f64; 3] {
     let count = (xs.len() * ys.len()) as f64;
     let mut sum = [0.0; 3];
     for (y, x) in ys.flat_map(|y| xs.clone().map(move |x| (y, x))) {
-        let value = pixel(measurement, layer, y * measurement.width as usize + x);
+        let value = value(y * width + x);
         (0..3).for_each(|c| sum[c] += value[c]);
     }
     sum.map(|s| s / count)

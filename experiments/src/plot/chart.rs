@@ -11,6 +11,8 @@ use crate::export::notation::{brief, listed};
 /// A series of points.
 #[derive(Clone, Debug)]
 pub struct Series {
+    /// What it is called.
+    pub name: String,
     /// Written beside its last point.
     pub label: String,
     /// Which colour and mark; the same series has the same in all charts.
@@ -155,7 +157,7 @@ impl<'a> Plot<'a> {
         self.draw_vertical_axis(m);
         self.draw_horizontal_axis(m);
         for series in &self.chart.series {
-            self.draw_series(m, series);
+            group(m, series, |m| self.draw_series(m, series));
         }
         self.draw_labels(m);
     }
@@ -284,14 +286,21 @@ impl<'a> Plot<'a> {
             let (x, y) = (rounded(self.right + 6.0), rounded(y));
             let start = rounded(self.x(point.x) + 4.0);
             let leader = coordinates([(start, rounded(from)), (x, y)].into_iter());
-            m.leaf(
-                "polyline",
-                &[("points", &leader), ("fill", &"none"), ("stroke", &"currentColor"), ("opacity", &0.25)],
-            );
-            mark(m, series.colour, (x + 5.0, y));
-            m.line("text", &[("x", &(x + 12.0)), ("y", &(y + 4.0))], shortened(&series.label));
+            group(m, series, |m| {
+                m.leaf(
+                    "polyline",
+                    &[("points", &leader), ("fill", &"none"), ("stroke", &"currentColor"), ("opacity", &0.25)],
+                );
+                mark(m, series.colour, (x + 5.0, y));
+                m.line("text", &[("x", &(x + 12.0)), ("y", &(y + 4.0))], shortened(&series.label));
+            });
         }
     }
+}
+
+/// What belongs to a series, so that a page can show it or not.
+fn group(m: &mut Markup, series: &Series, content: impl FnOnce(&mut Markup)) {
+    m.element("g", &[("data-series", &series.colour), ("data-name", &brief(&series.name))], content);
 }
 
 /// Values at least `distance` apart, in order, within `[low, high]` as far as there is room, close to the wanted ones (rising).
@@ -331,7 +340,13 @@ mod tests {
             title: "<b>T²E</b>".to_owned(),
             horizontal: Horizontal::Log("samples".to_owned()),
             vertical: "variance".to_owned(),
-            series: vec![Series { label: "a\"b".to_owned(), colour: 0, points, fit: Some((-1.0, 0.0)) }],
+            series: vec![Series {
+                name: "a".to_owned(),
+                label: "a\"b".to_owned(),
+                colour: 0,
+                points,
+                fit: Some((-1.0, 0.0)),
+            }],
         }
     }
 

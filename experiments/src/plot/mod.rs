@@ -12,7 +12,7 @@ pub mod pen;
 pub mod points;
 pub mod scale;
 
-use crate::export::notation::symbol;
+use crate::export::notation::{brief, symbol};
 use crate::record::judged::layers;
 use crate::report::numbers::{Numbers, Row};
 use crate::result::{Checkpoint, IntegralResult, MethodResult, SlopeRow};
@@ -42,6 +42,7 @@ pub fn by_order(scene: &str, methods: &[&MethodResult], numbers: &Numbers) -> Ve
                 Point { x: x as f64, y, interval }
             };
             Series {
+                name: method.label.clone(),
                 label: method.label.clone(),
                 colour,
                 points: rows.iter().enumerate().map(point).collect(),
@@ -81,7 +82,7 @@ pub fn times(scene: &str, methods: &[&MethodResult], numbers: &Numbers, targets:
                 Point { x: x as f64, y, interval }
             };
             let points = numbers.columns.iter().enumerate().map(point).collect();
-            Series { label: method.label.clone(), colour, points, fit: None }
+            Series { name: method.label.clone(), label: method.label.clone(), colour, points, fit: None }
         });
         Figure {
             file: format!("{scene}_time_to_error_{}", target.to_string().replace('.', "_")),
@@ -102,33 +103,60 @@ pub fn convergence(scene: &str, methods: &[&MethodResult], slopes: &[SlopeRow], 
     let columns = numbers.columns.iter().copied().filter(|&c| measured(c));
     columns
         .map(|column| {
-            let series = methods.iter().enumerate().map(|(colour, method)| {
-                let fit =
-                    slopes.iter().find(|s| s.scene == method.scene && s.label == method.label && s.order == column);
-                Series {
-                    label: fit.map_or_else(
-                        || method.label.clone(),
-                        |fit| format!("{} {}", method.label, slope(fit.slope, fit.ci)),
-                    ),
-                    colour,
-                    points: checkpoints(method, column)
-                        .map(|c| Point { x: c.samples as f64, y: c.variance, interval: Some(c.ci) })
-                        .collect(),
-                    fit: fit.map(|fit| (fit.slope, fit.intercept)),
-                }
-            });
+            let series = methods
+                .iter()
+                .enumerate()
+                .map(|(colour, method)| Series { colour, ..converging(method, column, method.label.clone(), slopes) });
             let name = column.map_or("sum".to_owned(), |layer| layer.name(99));
-            Figure {
-                file: format!("{scene}_convergence_{name}"),
-                chart: Chart {
-                    title: format!("Convergence of {}", symbol(column)),
-                    horizontal: Horizontal::Log("samples per pixel of a replicate".to_owned()),
-                    vertical: "variance of a replicate, with 95 % interval and fitted slope".to_owned(),
-                    series: series.filter(|s| !s.points.is_empty()).collect(),
-                },
-            }
+            convergence_figure(format!("{scene}_convergence_{name}"), &symbol(column), series)
         })
         .collect()
+}
+
+/// The same, one chart a method, a line for each order and their sum.
+pub fn convergence_of_methods(
+    scene: &str,
+    methods: &[&MethodResult],
+    slopes: &[SlopeRow],
+    numbers: &Numbers,
+) -> Vec<Figure> {
+    let measured = methods.iter().filter(|method| !method.convergence.is_empty());
+    measured
+        .map(|method| {
+            let series = numbers
+                .columns
+                .iter()
+                .enumerate()
+                .map(|(colour, &column)| Series { colour, ..converging(method, column, symbol(column), slopes) });
+            convergence_figure(format!("{scene}_convergence_of_{}", method.label), &method.label, series)
+        })
+        .collect()
+}
+
+fn convergence_figure(file: String, of: &str, series: impl Iterator<Item = Series>) -> Figure {
+    Figure {
+        file,
+        chart: Chart {
+            title: format!("Convergence of {}", brief(of)),
+            horizontal: Horizontal::Log("samples per pixel of a replicate".to_owned()),
+            vertical: "variance of a replicate, with 95 % interval and fitted slope".to_owned(),
+            series: series.filter(|s| !s.points.is_empty()).collect(),
+        },
+    }
+}
+
+/// A method's variance in a column against samples, with the slope that was fitted; in the first colour.
+fn converging(method: &MethodResult, column: Option<Layer>, name: String, slopes: &[SlopeRow]) -> Series {
+    let fit = slopes.iter().find(|s| s.scene == method.scene && s.label == method.label && s.order == column);
+    Series {
+        label: fit.map_or_else(|| name.clone(), |fit| format!("{name} {}", slope(fit.slope, fit.ci))),
+        name,
+        colour: 0,
+        points: checkpoints(method, column)
+            .map(|c| Point { x: c.samples as f64, y: c.variance, interval: Some(c.ci) })
+            .collect(),
+        fit: fit.map(|fit| (fit.slope, fit.intercept)),
+    }
 }
 
 fn checkpoints(method: &MethodResult, column: Option<Layer>) -> impl Iterator<Item = &Checkpoint> {
@@ -143,6 +171,7 @@ pub fn integrals(results: &[IntegralResult]) -> Vec<Figure> {
     let chart = |name: &str| {
         let of_integral = results.iter().filter(|r| r.integral == name);
         let series = of_integral.enumerate().map(|(colour, result)| Series {
+            name: result.sampler.to_string(),
             label: result.slope.map_or_else(
                 || result.sampler.to_string(),
                 |line| format!("{} {}", result.sampler, slope(line.slope, line.ci)),

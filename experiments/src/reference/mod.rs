@@ -45,6 +45,9 @@ pub struct Pooled {
     pub samples: u64,
 }
 
+/// Red, green and blue of every pixel.
+type Pixels = Vec<[f64; 3]>;
+
 /// `[pixel][layer]`, the layers' sum last.
 #[derive(Clone, Debug, Default)]
 struct Images {
@@ -78,6 +81,15 @@ impl Truth {
     fn variance(&self, layer: Option<usize>) -> impl Iterator<Item = [f64; 3]> {
         let (at, stride) = (layer.unwrap_or(self.layers.len()), self.layers.len() + 1);
         self.images.variance.iter().skip(at).step_by(stride).map(|v| v.map(|v| 0.5 * v))
+    }
+
+    /// Mean and its variance of a layer's pixels; of the layers' sum for `None`. `None` where the reference lacks it.
+    pub fn image(&self, layer: Option<Layer>) -> Option<(Pixels, Pixels)> {
+        let place = match layer {
+            None => None,
+            Some(layer) => Some(self.layers.iter().position(|&mine| mine == layer)?),
+        };
+        Some((self.mean(place).collect(), self.variance(place).collect()))
     }
 
     /// Root of the mean variance over the mean: how noisy a layer is, of the layers' sum for `None`. Not a number where it is black.

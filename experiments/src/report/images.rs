@@ -1,4 +1,4 @@
-//! The pictures inside a report: every order by every method, small enough that the whole file stays below 15 MB.
+//! The pictures inside a report: every order by every method, small, for those who read it without scripts and on paper.
 
 use crate::export::markup::Markup;
 use crate::export::notation::{brief, symbol, words};
@@ -7,7 +7,7 @@ use crate::result::{ExperimentResult, MethodResult};
 use integrators::{Layer, Measurement};
 
 /// All pixels of a report's pictures together. Noise hardly compresses: each costs up to four bytes of base64 text.
-const MAX_PIXELS: usize = 3_200_000;
+const MAX_PIXELS: usize = 660_000;
 
 /// By what whole factor the pictures of a report must be shrunk.
 pub fn shrink(result: &ExperimentResult) -> usize {
@@ -77,7 +77,7 @@ pub fn image(m: &mut Markup, picture: Option<&Picture>, alternative: &str) {
 }
 
 /// Base64 with padding [RFC 4648].
-fn base64(bytes: &[u8]) -> String {
+pub fn base64(bytes: &[u8]) -> String {
     const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for chunk in bytes.chunks(3) {

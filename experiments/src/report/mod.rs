@@ -1,7 +1,7 @@
 //! What people read of an experiment: one self-contained `report.html`, with the plots and picture sheets beside it.
 //!
 //! [`numbers`] takes the figures from the measurements, [`summary`] says them in sentences, [`tables`] and [`images`] show
-//! them, [`fireflies`] the largest contributions, [`agreement`] where methods differ, [`errors`] how far they are from a reference, [`samplers`] and [`screens`] do the same for samplers, [`page`] puts the page together. The HTML is written in Rust, through [`crate::export::markup`]: what a template
+//! them, [`viewer`] has the images themselves, [`fireflies`] the largest contributions, [`agreement`] where methods differ, [`errors`] how far they are from a reference, [`samplers`] and [`screens`] do the same for samplers, [`page`] puts the page together. The HTML is written in Rust, through [`crate::export::markup`]: what a template
 //! engine would add here is its syntax, its errors at run time and its time to build, while here a name can't become markup
 //! and a missing number doesn't compile.
 
@@ -16,6 +16,7 @@ pub mod samplers;
 pub mod screens;
 pub mod summary;
 pub mod tables;
+pub mod viewer;
 
 use crate::export::{ExportError, png, write_atomically};
 use crate::plot;
@@ -35,8 +36,17 @@ pub struct SceneReport<'a> {
     pub by_order: Vec<plot::Figure>,
     /// Times to errors, by order; empty where nothing was judged.
     pub times: Vec<plot::Figure>,
-    /// Convergence of every order and of their sum; empty where it wasn't measured.
+    /// Convergence of every order and of their sum, a line for each method; empty where it wasn't measured.
     pub convergence: Vec<plot::Figure>,
+    /// The same with a figure for each method.
+    pub convergence_of_methods: Vec<plot::Figure>,
+}
+
+impl SceneReport<'_> {
+    /// All its plots.
+    pub fn figures(&self) -> impl Iterator<Item = &plot::Figure> {
+        self.by_order.iter().chain(&self.times).chain(&self.convergence).chain(&self.convergence_of_methods)
+    }
 }
 
 /// Derives what is shown of every scene.
@@ -46,8 +56,9 @@ pub fn scenes(result: &ExperimentResult) -> Vec<SceneReport<'_>> {
         let numbers = Numbers::of(&methods);
         let by_order = plot::by_order(name, &methods, &numbers);
         let convergence = plot::convergence(name, &methods, &result.slopes, &numbers);
+        let convergence_of_methods = plot::convergence_of_methods(name, &methods, &result.slopes, &numbers);
         let times = plot::times(name, &methods, &numbers, &result.experiment.time_to_error);
-        SceneReport { name, methods, numbers, by_order, times, convergence }
+        SceneReport { name, methods, numbers, by_order, times, convergence, convergence_of_methods }
     };
     result.scenes().into_iter().map(scene).collect()
 }
@@ -62,7 +73,7 @@ pub fn write(dir: &Path, result: &ExperimentResult) -> Result<(), ExportError> {
     std::fs::create_dir_all(&plots).map_err(|source| ExportError::Write { path: plots.clone(), source })?;
     let scenes = scenes(result);
     for scene in &scenes {
-        for figure in scene.by_order.iter().chain(&scene.times).chain(&scene.convergence) {
+        for figure in scene.figures() {
             write_atomically(&plots.join(format!("{}.svg", figure.file)), figure.chart.file().as_bytes())?;
         }
         let rows: Vec<_> = scene.methods.iter().map(|m| (m.label.as_str(), &m.measurement)).collect();
@@ -228,14 +239,24 @@ mod tests {
         }
     }
 
+    /// The page without its script.
+    fn words(page: &str) -> &str {
+        page.split("<script").next().unwrap()
+    }
+
     #[test]
     fn hostile_names_are_text_on_the_page_and_in_the_plots() {
         let name = "</td></svg><script>alert('x')</script><img src=x onerror=\"y\">&\u{202e}\0";
         let result = result(&name.repeat(20), 2);
         let scenes = scenes(&result);
-        let plots = scenes.iter().flat_map(|s| s.by_order.iter().chain(&s.convergence));
+        let plots = scenes.iter().flat_map(SceneReport::figures);
         let mut files: Vec<String> = plots.map(|figure| figure.chart.file()).collect();
-        files.push(page::page(&result, &scenes, None));
+        let page = page::page(&result, &scenes, None);
+        // The one script is the page's own, and no other may run.
+        let (before, script) = page.split_once("<script type=\"module\" nonce=\"").unwrap();
+        let (nonce, _) = script.split_once('"').unwrap();
+        assert!(before.contains(&format!("script-src &#39;nonce-{nonce}&#39;")) && nonce.len() == 64);
+        files.extend([before.to_owned(), script.to_owned()]);
         for file in files {
             assert!(!file.contains("<script") && !file.contains("<img src=x") && !file.contains('\0'));
         }
@@ -248,8 +269,9 @@ mod tests {
         write(folder.path(), &result).unwrap();
         let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
         assert!(page.contains("interrupted") && page.contains("data:image/png;base64,"));
-        assert!(!page.contains("href=\"http") && !page.contains("src=\"http") && !page.contains("NaN"));
+        assert!(!page.contains("href=\"http") && !page.contains("src=\"http") && !words(&page).contains("NaN"));
         // Every picture has a text in its place: four layers and sums of two methods, `direct` having no order 2.
+        let page = words(&page);
         assert_eq!(page.matches("<img ").count(), page.matches(" alt=\"").count());
         for plot in ["room_variance.svg", "room_efficiency.svg", "room_convergence_order01.svg", "room_orders.png"] {
             assert!(folder.path().join("plots").join(plot).exists(), "{plot}");

@@ -232,7 +232,10 @@ pub(super) fn order_head(m: &mut Markup, layer: Option<Layer>) {
 pub(super) fn head(m: &mut Markup, first: &str, class: &str, others: impl Iterator<Item = impl std::fmt::Display>) {
     m.element("thead", &[], |m| {
         m.element("tr", &[], |m| {
-            m.line("th", &[("scope", &"col")], first);
+            match first {
+                "" => m.line("td", &[], ""),
+                first => m.line("th", &[("scope", &"col")], first),
+            }
             for name in others {
                 m.element("th", &[("scope", &"col"), ("class", &class)], |m| m.line("bdi", &[], name));
             }
@@ -242,7 +245,7 @@ pub(super) fn head(m: &mut Markup, first: &str, class: &str, others: impl Iterat
 
 /// A table that scrolls by itself where the page is narrow; the keyboard reaches it.
 pub fn scrolling(m: &mut Markup, label: &str, table: impl FnOnce(&mut Markup)) {
-    m.element("div", &[("class", &"scroll"), ("role", &"region"), ("tabindex", &0), ("aria-label", &label)], |m| {
+    m.element("div", &[("class", &"scroll"), ("role", &"group"), ("tabindex", &0), ("aria-label", &label)], |m| {
         m.element("table", &[], table);
     });
 }

@@ -1,0 +1,408 @@
+//! The report in a real browser: it loads without a complaint, keys and wheel do what they say, and its numbers are the records'.
+//!
+//! Where no browser is to be had, or no axe-core, the tests say so and pass.
+
+use crate::cli::succeed;
+use browser::Browser;
+use integrators::Methods;
+use neumann::export::exr::{LayeredImage, read_layers};
+use neumann::manifest::manifest;
+use neumann::plan::Plan;
+use neumann::progress::Verbosity;
+use neumann::report::{page, scenes};
+use neumann::result::ExperimentResult;
+use neumann::runner;
+use neumann::source::Source;
+use neumann::states::States;
+use neumann::stop::Stop;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+use tempfile::TempDir;
+
+mod browser;
+
+const EXPERIMENT: &str = r#"
+title = "Small"
+scenes = ["cornell_box"]
+max_order = 2
+spp = 32
+replicates = 8
+size = [24, 18]
+reference = { methods = ["path"], spp = 64 }
+methods = [{ name = "path" }, { name = "bdpt" }, { name = "direct" }]
+convergence = { size = [8, 8], checkpoints = [1, 2, 4], replicates = 32 }
+"#;
+/// Half of the last digit of a half float, relative to the value.
+const HALF: f64 = 1.0 / 2048.0;
+/// By what factor an embedded standard error may be off: a sixteenth of an octave.
+const ERROR: f64 = 1.045;
+
+/// A small experiment with everything that the page can switch.
+fn small() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("small.toml"), EXPERIMENT).unwrap();
+    succeed(folder.path(), &["run", "small.toml", "--out", "out", "--quiet"]);
+    folder
+}
+
+/// What is shown as A, the text of its label.
+const LABEL_A: &str = "document.querySelector('.label.a').textContent";
+
+/// Presses a key and waits until what follows from it is painted.
+fn press(browser: &mut Browser, key: &str) {
+    let turn = browser.value("Number(document.querySelector('.viewer').dataset.turn)");
+    browser.press(key);
+    browser.wait(&format!("Number(document.querySelector('.viewer').dataset.turn) > {turn}"));
+}
+
+/// Chooses from a list, and waits likewise.
+fn choose(browser: &mut Browser, name: &str, value: u32) {
+    let turn = browser.value("Number(document.querySelector('.viewer').dataset.turn)");
+    browser.value(&format!(
+        "(() => {{ const s = document.querySelector('[name={name}]'); s.value = {value}; s.dispatchEvent(new Event('change')) }})()"
+    ));
+    browser.wait(&format!("Number(document.querySelector('.viewer').dataset.turn) > {turn}"));
+}
+
+/// The colours of a piece of the stage, as a text; the whole is one wide and high.
+fn painted(browser: &mut Browser, [x, y, w, h]: [f64; 4]) -> Value {
+    browser.value(&format!(
+        "(() => {{ const c = document.querySelector('.stage canvas'), copy = new OffscreenCanvas(c.width, c.height);
+         const context = copy.getContext('2d', {{ willReadFrequently: true }}), [w, h] = [c.width, c.height].map((n) => n & ~1);
+         context.drawImage(c, 0, 0);
+         return context.getImageData(w * {x}, h * {y}, w * {w}, h * {h}).data.join() }})()"
+    ))
+}
+
+#[test]
+fn keys_wheel_and_switches_do_what_they_say() {
+    let Some(mut browser) = Browser::start() else { return };
+    let folder = small();
+    browser.open(&folder.path().join("out/report.html"));
+    browser.value("document.querySelector('.stage').focus()");
+    keys_flip_images(&mut browser);
+    zoom_is_linked(&mut browser);
+    plots_switch(&mut browser);
+    assert_eq!(browser.complaints(), [""; 0]);
+}
+
+fn keys_flip_images(browser: &mut Browser) {
+    const LEFT: [f64; 4] = [0.0, 0.0, 0.4, 1.0];
+    let mut seen = vec![painted(browser, LEFT)];
+    for (key, label) in [("1", "TE"), ("ArrowRight", "T²E"), ("ArrowLeft", "TE"), ("0", "E"), ("End", "sum")] {
+        press(browser, key);
+        let shown = browser.value(LABEL_A);
+        assert!(shown.as_str().unwrap().contains(&format!("· {label} ")), "{key}: {shown}");
+        seen.push(painted(browser, LEFT));
+    }
+    assert!(seen[0] == seen[5] && seen[1] == seen[3], "the same layer looks otherwise");
+    assert!(seen[0] != seen[1] && seen[1] != seen[2] && seen[3] != seen[4], "another layer looks the same");
+    // Methods, views and tone maps too.
+    let method = browser.value(LABEL_A);
+    press(browser, "ArrowDown");
+    assert_ne!(browser.value(LABEL_A), method);
+    press(browser, "ArrowUp");
+    // Against another method than the reference, whose view is another.
+    choose(browser, "b-method", 0);
+    let first = painted(browser, LEFT);
+    for key in ["v", "v", "v", "v", "v"] {
+        let before = painted(browser, LEFT);
+        press(browser, key);
+        assert_ne!(
+            painted(browser, LEFT),
+            before,
+            "the view {}",
+            browser.value("document.querySelector('[name=view]').value")
+        );
+    }
+    for key in ["t", "t", "t", "t", "+", "-"] {
+        let before = painted(browser, LEFT);
+        press(browser, key);
+        assert_ne!(painted(browser, LEFT), before, "{key}");
+    }
+    assert_eq!(painted(browser, LEFT), first, "all keys undone");
+    browser.press("?");
+    browser.wait("document.querySelector('.help').open");
+}
+
+/// Two panes of one image have the same pixels, however one of them is zoomed.
+fn zoom_is_linked(browser: &mut Browser) {
+    const PANES: [[f64; 4]; 2] = [[0.0, 0.0, 0.5, 0.85], [0.5, 0.0, 0.5, 0.85]];
+    press(browser, "c");
+    for which in ["a", "b"] {
+        let change = format!(
+            "(() => {{ const s = document.querySelector('[name={which}-method]'); s.value = 0; s.dispatchEvent(new Event('change')) }})()"
+        );
+        browser.value(&change);
+    }
+    browser.wait("document.querySelector('.label.a').textContent === document.querySelector('.label.b').textContent");
+    browser
+        .wait("document.querySelector('.stage canvas').width > 1.5 * document.querySelector('.stage canvas').height");
+    let before = PANES.map(|pane| painted(browser, pane));
+    assert_eq!(before[0], before[1]);
+    let place = browser.value(
+        "(() => { const s = document.querySelector('.stage'); s.scrollIntoView({ block: 'center' }); s.focus({ preventScroll: true });
+         const b = s.getBoundingClientRect(); return [b.left + b.width * 0.4, b.top + b.height * 0.3] })()",
+    );
+    let place = (place[0].as_f64().unwrap(), place[1].as_f64().unwrap());
+    browser.wheel(place, -480.0);
+    browser.wait("Number(document.querySelector('.viewer').dataset.zoom) === 4");
+    let after = PANES.map(|pane| painted(browser, pane));
+    assert!(after[0] == after[1] && after[0] != before[0], "one pane is zoomed and the other not");
+    browser.press("r");
+    browser.wait("Number(document.querySelector('.viewer').dataset.zoom) === 1");
+    press(browser, "c");
+}
+
+fn plots_switch(browser: &mut Browser) {
+    let visible = "[...document.querySelectorAll('.switched figure')].filter((f) => f.offsetParent).length";
+    // Three orders and their sum.
+    assert_eq!(browser.value(visible), 4);
+    browser.value("document.querySelectorAll('.switched [type=radio]')[1].click()");
+    assert_eq!(browser.value(visible), 3, "a figure for each method");
+    browser.value("document.querySelectorAll('.switched [type=radio]')[0].click()");
+    let drawn = "[...document.querySelectorAll('[data-group=order] [data-name=bdpt]')].filter((g) => g.getBoundingClientRect().width).length";
+    let series = browser.value(drawn);
+    assert_ne!(series, 0);
+    let box_of_bdpt = "[...document.querySelectorAll('.switches')].find((s) => s.offsetParent).querySelectorAll('[type=checkbox]')[1].click()";
+    browser.value(box_of_bdpt);
+    assert_eq!(browser.value(drawn), 0);
+    browser.value(box_of_bdpt);
+    assert_eq!(browser.value(drawn), series);
+    browser.value("(() => { const s = document.querySelector('.switches select'); s.value = 1; s.dispatchEvent(new Event('change')) })()");
+    assert_eq!(browser.value(visible), 1);
+}
+
+/// A layer's name in image files, by what the viewer calls it.
+fn layer(image: &LayeredImage, name: &str, pixel: usize) -> [f64; 3] {
+    let found = image.layers.iter().find(|layer| layer.name == name).unwrap_or_else(|| panic!("no layer {name}"));
+    found.pixels[pixel].map(f64::from)
+}
+
+#[test]
+fn values_under_the_cursor_are_those_of_the_image_files() {
+    let Some(mut browser) = Browser::start() else { return };
+    let folder = small();
+    browser.open(&folder.path().join("out/report.html"));
+    browser.value("document.querySelector('.stage').focus()");
+    // Of eight replicates.
+    let quantile = 2.364_624;
+    for step in ["w", "d", "W", "s", "s", "a"] {
+        browser.press(step);
+        for (key, name) in [("0", "order00"), ("1", "order01"), ("2", "order02"), ("End", "")] {
+            press(&mut browser, key);
+            let read = browser.value(
+                "({ place: document.querySelector('.readout caption').textContent.match(/\\d+/g).slice(0, 2).map(Number),
+                    rows: ['A', 'B'].map((row) => ({
+                      method: document.querySelector(`.readout [data-row=${row}] bdi`).textContent.split(' · ')[0],
+                      values: [...document.querySelectorAll(`.readout [data-row=${row}] data`)].map((d) => Number(d.value)),
+                      shown: [...document.querySelectorAll(`.readout [data-row=${row}] data`)].map((d) => d.textContent),
+                      ends: [...document.querySelectorAll(`.readout [data-row=${row}] td small`)].map((s) => s.textContent),
+                    })) })",
+            );
+            let pixel = (read["place"][1].as_u64().unwrap() * 24 + read["place"][0].as_u64().unwrap()) as usize;
+            for row in read["rows"].as_array().unwrap() {
+                let method = row["method"].as_str().unwrap();
+                let file = match method {
+                    "reference" => "cornell_box_reference.exr".to_owned(),
+                    _ => format!("cornell_box/{method}.exr"),
+                };
+                let image = read_layers(&folder.path().join("out").join(file)).unwrap();
+                let expected = layer(&image, name, pixel);
+                for c in 0..3 {
+                    let value = row["values"][c].as_f64().unwrap();
+                    let (within, at) = (expected[c].abs() * HALF + 1e-7, format!("{method} {name} {pixel} {c}"));
+                    assert!((value - expected[c]).abs() <= within, "{at}: {value} for {}", expected[c]);
+                    assert_eq!(row["shown"][c], neumann::report::numbers::short(value), "{at}");
+                    if method != "reference" && !name.is_empty() {
+                        let error = layer(&image, &format!("{name}_var"), pixel)[c].sqrt();
+                        let half = half_width(row["ends"][c].as_str().unwrap());
+                        // Ends are written to three digits.
+                        let rounding = 0.01 * (value.abs() + half);
+                        assert!(
+                            half <= error * quantile * ERROR + rounding && half >= error * quantile / ERROR - rounding,
+                            "{at}: ±{half} for {error}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+    assert_eq!(browser.complaints(), [""; 0]);
+}
+
+/// Half the width of `[0.123, 1.5·10⁻⁴]`.
+fn half_width(interval: &str) -> f64 {
+    let ends: Vec<f64> = interval.trim_matches(['[', ']']).split(", ").map(number).collect();
+    (ends[1] - ends[0]) / 2.0
+}
+
+/// A number as the page writes it.
+fn number(text: &str) -> f64 {
+    const EXPONENTS: &str = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+    let text = text.replace('−', "-");
+    let Some((mantissa, exponent)) = text.split_once("·10") else { return text.parse().unwrap() };
+    let digit = |c| EXPONENTS.chars().position(|e| e == c).map_or('-', |d| char::from(b'0' + d as u8));
+    format!("{mantissa}e{}", exponent.chars().map(digit).collect::<String>()).parse().unwrap()
+}
+
+#[test]
+fn numbers_on_the_page_are_those_of_the_records() {
+    let Some(mut browser) = Browser::start() else { return };
+    let folder = small();
+    browser.open(&folder.path().join("out/report.html"));
+    let tables = browser.value(
+        "[...document.querySelectorAll('table')].filter((t) => t.caption && /^(Image mean|Variance of one|Efficiency)/.test(t.caption.textContent)).map((t) => ({
+           caption: t.caption.textContent, heads: [...t.tHead.rows[0].cells].map((c) => c.textContent),
+           rows: [...t.tBodies[0].rows].map((r) => [...r.cells].map((c) => c.querySelector('data')?.value ?? c.textContent)) }))",
+    );
+    let records = std::fs::read_to_string(folder.path().join("out/records.csv")).unwrap();
+    let records: Vec<Vec<&str>> = records.lines().map(|line| line.split(',').collect()).collect();
+    let mut compared = 0;
+    for table in tables.as_array().unwrap() {
+        let quantity = match table["caption"].as_str().unwrap() {
+            caption if caption.starts_with("Image mean") => "mean",
+            caption if caption.starts_with("Variance") => "variance",
+            _ => "efficiency",
+        };
+        for row in table["rows"].as_array().unwrap() {
+            let order = match row[0].as_str().unwrap() {
+                "E" => "0",
+                "TE" => "1",
+                "T²E" => "2",
+                _ => "total",
+            };
+            for (column, cell) in row.as_array().unwrap().iter().enumerate().skip(1) {
+                let Ok(shown) = cell.as_str().unwrap().parse::<f64>() else { continue };
+                let method = table["heads"][column].as_str().unwrap();
+                let matches = |r: &&Vec<&str>| r[2] == method && r[5] == order && r[9] == quantity;
+                let found: Vec<_> = records.iter().filter(matches).collect();
+                // Means are recorded channel by channel.
+                let channels: &[&str] = if quantity == "mean" { &["r", "g", "b"] } else { &["all"] };
+                let mine = found.iter().filter(|r| channels.contains(&r[10]));
+                let values: Vec<f64> = mine.map(|r| r[11].parse().unwrap()).collect();
+                assert_eq!(values.len(), channels.len(), "{quantity} of {method} at {order}");
+                let recorded = values.iter().sum::<f64>() / values.len() as f64;
+                assert!(
+                    (shown / recorded - 1.0).abs() < 1e-12,
+                    "{quantity} of {method} at {order}: {shown} for {recorded}"
+                );
+                compared += 1;
+            }
+        }
+    }
+    // Three quantities of three methods in four columns, but for what is black or has no variance.
+    assert!((24..=36).contains(&compared), "{compared}");
+}
+
+/// A result whose every name is the given one.
+fn named(name: &str) -> ExperimentResult {
+    let source = Source::known("named", None, EXPERIMENT);
+    let mut plan = Plan::new(&source, source.parse().unwrap(), &Methods::standard()).unwrap();
+    let outcome = runner::run(&mut plan, &mut States::none(), Verbosity::Quiet, &Stop::never()).unwrap();
+    let mut manifest = manifest(&plan, outcome.renders, 1, SystemTime::now(), true);
+    let mut experiment = plan.experiment.clone();
+    [experiment.title, experiment.description] = [name.to_owned(), name.to_owned()];
+    let mut methods = outcome.methods;
+    for (i, method) in methods.iter_mut().enumerate() {
+        method.scene = name.to_owned();
+        method.label = format!("{name}{i}");
+    }
+    for scene in &mut manifest.scenes {
+        [scene.name, scene.source] = [name.to_owned(), name.to_owned()];
+    }
+    ExperimentResult {
+        name: name.to_owned(),
+        experiment,
+        slopes: methods.iter().flat_map(neumann::convergence::slopes).collect(),
+        agreement: neumann::agreement::compare(&methods.iter().collect::<Vec<_>>()),
+        methods,
+        ratios: Vec::new(),
+        references: Vec::new(),
+        choices: Vec::new(),
+        sequences: Vec::new(),
+        integrals: Vec::new(),
+        fireflies: Vec::new(),
+        manifest,
+    }
+}
+
+#[test]
+fn hostile_names_are_seen_as_text() {
+    let Some(mut browser) = Browser::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let hostile = "</template></script><script>window.hurt = 1</script><img src=x onerror=\"window.hurt = 2\"> ' \" & \u{202e}םולש \\u003c";
+    for name in [hostile.to_owned(), hostile.repeat(80)] {
+        let result = named(&name);
+        let file = folder.path().join("report.html");
+        std::fs::write(&file, page::page(&result, &scenes(&result), None)).unwrap();
+        browser.open(&file);
+        let heading = browser.value("document.querySelector('h2').textContent");
+        assert_eq!(heading, name.as_str());
+        assert_eq!(browser.value("document.querySelectorAll('script').length"), 1);
+        assert_eq!(browser.value("typeof window.hurt"), "undefined");
+        let options =
+            browser.value("[...document.querySelectorAll('[name=a-method] option')].map((o) => o.textContent)");
+        assert!(options[0].as_str().unwrap().starts_with(&name), "{options:.300}");
+        // And leave the page as wide as it is.
+        assert_eq!(browser.value("document.documentElement.scrollWidth <= innerWidth"), true);
+        assert_eq!(browser.complaints(), [""; 0]);
+    }
+}
+
+/// Where `.ci/browser` puts axe-core.
+fn axe() -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join("axe.min.js")
+}
+
+#[test]
+fn the_page_keeps_the_rules_of_accessibility() {
+    let Some(mut browser) = Browser::start() else { return };
+    let Ok(axe) = std::fs::read_to_string(axe()) else {
+        println!("skipped: no {}; .ci/browser gets it", axe().display());
+        return;
+    };
+    let folder = small();
+    for (width, scheme) in [(1280, "light"), (390, "dark")] {
+        browser.resize(width, 800);
+        browser.prefer(scheme);
+        browser.open(&folder.path().join("out/report.html"));
+        browser.press("Tab");
+        browser.value("document.querySelectorAll('details').forEach((d) => (d.open = true))");
+        // The strip is made when it is seen, and the readout when there is a pixel.
+        browser.value("document.querySelector('.strip').scrollIntoView()");
+        browser.wait("document.querySelector('.strip button')");
+        browser.value("document.querySelector('.stage').focus()");
+        browser.press("d");
+        browser.wait("document.querySelector('.readout table')");
+        browser.value(&axe);
+        let found = browser.value(
+            "axe.run().then((r) => r.violations.map((v) => `${v.id}: ${v.help}: ${v.nodes.slice(0, 3).map((n) => n.html.slice(0, 150)).join(' | ')}`))",
+        );
+        assert_eq!(found, json!([]), "{width} {scheme}");
+    }
+}
+
+/// With a sixteenth of the samples the default report is as large, and noisier.
+#[test]
+fn the_default_report_is_soon_seen_and_below_15_mb() {
+    let Some(mut browser) = Browser::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    succeed(folder.path(), &["run", "comparison", "--spp", "16", "--replicates", "4", "--out", "out", "--quiet"]);
+    let page = folder.path().join("out/report.html");
+    let bytes = std::fs::metadata(&page).unwrap().len();
+    assert!((5_000_000..15_000_000).contains(&bytes), "{bytes} bytes");
+    // Whatever else the machine does, it is quick once in a few times.
+    let mut times = Vec::new();
+    for _ in 0..5 {
+        browser.open(&page);
+        let painted = browser.value("document.querySelector('.viewer').dataset.painted");
+        times.push(painted.as_str().unwrap().parse::<f64>().unwrap());
+        if times.last().is_some_and(|t| *t < 2000.0) {
+            break;
+        }
+    }
+    assert!(times.iter().any(|t| *t < 2000.0), "first images after {times:?} ms");
+    assert_eq!(browser.complaints(), [""; 0]);
+}

@@ -1,0 +1,175 @@
+//! A headless Chromium, spoken to over its own pipe [Chrome DevTools Protocol, `--remote-debugging-pipe`]: no server, no port, no driver.
+
+use serde_json::{Value, json};
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// The longest that an answer, or what is waited for, may take.
+const PATIENCE: Duration = Duration::from_secs(120);
+const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
+
+/// A browser with one page, which is closed when it is dropped.
+pub struct Browser {
+    process: Child,
+    input: ChildStdin,
+    answers: Receiver<Value>,
+    session: Option<String>,
+    last: u64,
+    complaints: Vec<String>,
+    _profile: TempDir,
+}
+
+/// The browser's program: NEUMANN_BROWSER, or the first of the usual names that is found.
+fn program() -> Option<PathBuf> {
+    if let Some(path) = std::env::var_os("NEUMANN_BROWSER") {
+        return Some(path.into());
+    }
+    let folders: Vec<PathBuf> = std::env::split_paths(&std::env::var_os("PATH")?).collect();
+    NAMES.iter().flat_map(|name| folders.iter().map(move |folder| folder.join(name))).find(|path| path.is_file())
+}
+
+impl Browser {
+    /// Starts one; `None` where there is none, which it says.
+    pub fn start() -> Option<Self> {
+        let Some(program) = program() else {
+            println!("skipped: no browser; .ci/browser installs one, or set NEUMANN_BROWSER");
+            return None;
+        };
+        let profile = tempfile::tempdir().unwrap();
+        // It reads from descriptor 3 and writes to descriptor 4.
+        let mut process = Command::new("sh")
+            .args(["-c", "exec \"$0\" \"$@\" 3<&0 4>&1 </dev/null >/dev/null 2>/dev/null"])
+            .arg(program)
+            .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run"])
+            .arg("--remote-debugging-pipe")
+            .arg(format!("--user-data-dir={}", profile.path().display()))
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("a shell starts");
+        let (input, output) = (process.stdin.take().unwrap(), process.stdout.take().unwrap());
+        let (sender, answers) = channel();
+        std::thread::spawn(move || {
+            for message in BufReader::new(output).split(0).map_while(Result::ok) {
+                let message = serde_json::from_slice(&message).expect("the browser writes JSON");
+                if sender.send(message).is_err() {
+                    break;
+                }
+            }
+        });
+        let mut browser =
+            Self { process, input, answers, session: None, last: 0, complaints: Vec::new(), _profile: profile };
+        let target = browser.ask("Target.createTarget", json!({"url": "about:blank"}))["targetId"].clone();
+        let attached = browser.ask("Target.attachToTarget", json!({"targetId": target, "flatten": true}));
+        browser.session = attached["sessionId"].as_str().map(str::to_owned);
+        for domain in ["Page", "Runtime", "Log"] {
+            browser.ask(&format!("{domain}.enable"), json!({}));
+        }
+        browser.resize(1280, 800);
+        Some(browser)
+    }
+
+    /// Sends a command and waits for its result; notes what the page complains about meanwhile.
+    fn ask(&mut self, method: &str, parameters: Value) -> Value {
+        self.last += 1;
+        let mut message = json!({"id": self.last, "method": method, "params": parameters});
+        if let Some(session) = &self.session {
+            message["sessionId"] = json!(session);
+        }
+        let mut bytes = message.to_string().into_bytes();
+        bytes.push(0);
+        self.input.write_all(&bytes).expect("the browser reads");
+        loop {
+            let answer = self.answers.recv_timeout(PATIENCE).unwrap_or_else(|_| panic!("no answer to {method}"));
+            if answer["id"] == self.last {
+                assert!(answer["error"].is_null(), "{method}: {}", answer["error"]);
+                return answer["result"].clone();
+            }
+            self.note(&answer);
+        }
+    }
+
+    fn note(&mut self, event: &Value) {
+        let parameters = &event["params"];
+        let is_complaint = match event["method"].as_str() {
+            Some("Runtime.exceptionThrown") => true,
+            Some("Runtime.consoleAPICalled") => {
+                ["error", "warning", "assert"].contains(&parameters["type"].as_str().unwrap_or(""))
+            }
+            Some("Log.entryAdded") => {
+                ["error", "warning"].contains(&parameters["entry"]["level"].as_str().unwrap_or(""))
+            }
+            _ => false,
+        };
+        if is_complaint {
+            self.complaints.push(parameters.to_string());
+        }
+    }
+
+    /// The size of the window.
+    pub fn resize(&mut self, width: u32, height: u32) {
+        let size = json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": false});
+        self.ask("Emulation.setDeviceMetricsOverride", size);
+    }
+
+    /// Whether the reader prefers a page `light` or `dark`.
+    pub fn prefer(&mut self, scheme: &str) {
+        let feature = json!({"name": "prefers-color-scheme", "value": scheme});
+        self.ask("Emulation.setEmulatedMedia", json!({"features": [feature]}));
+    }
+
+    /// Opens a file, and waits until it is loaded and its first image painted.
+    pub fn open(&mut self, path: &Path) {
+        self.ask("Page.navigate", json!({"url": format!("file://{}", path.display())}));
+        self.wait("document.readyState === 'complete' && document.querySelector('.viewer')?.dataset.turn");
+    }
+
+    /// The value of an expression, which may be a promise.
+    pub fn value(&mut self, expression: &str) -> Value {
+        let asked = json!({"expression": expression, "awaitPromise": true, "returnByValue": true});
+        let result = self.ask("Runtime.evaluate", asked);
+        assert!(result["exceptionDetails"].is_null(), "{expression:.200}: {}", result["exceptionDetails"]);
+        result["result"]["value"].clone()
+    }
+
+    /// Waits until an expression is true.
+    pub fn wait(&mut self, expression: &str) {
+        let begin = Instant::now();
+        while !self.value(&format!("Boolean({expression})")).as_bool().unwrap() {
+            assert!(begin.elapsed() < PATIENCE, "{expression} never holds; {:?}", self.complaints);
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Presses and releases a key, such as `ArrowRight` or `v`.
+    pub fn press(&mut self, key: &str) {
+        for kind in ["keyDown", "keyUp"] {
+            self.ask("Input.dispatchKeyEvent", json!({"type": kind, "key": key}));
+        }
+    }
+
+    /// Turns the wheel over a place of the window.
+    pub fn wheel(&mut self, (x, y): (f64, f64), down: f64) {
+        self.ask("Input.dispatchMouseEvent", json!({"type": "mouseMoved", "x": x, "y": y}));
+        let wheel = json!({"type": "mouseWheel", "x": x, "y": y, "deltaX": 0, "deltaY": down});
+        self.ask("Input.dispatchMouseEvent", wheel);
+    }
+
+    /// What the console had to say of errors and warnings since the last call.
+    pub fn complaints(&mut self) -> Vec<String> {
+        // What came before an answer has been noted.
+        self.value("0");
+        std::mem::take(&mut self.complaints)
+    }
+}
+
+impl Drop for Browser {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
