@@ -9,6 +9,9 @@ const COMPARED: usize = 100;
 
 /// `did you mean X? (valid: …)`, or only the valid names where none is near.
 pub(crate) fn did_you_mean(name: &str, valid: &[&str]) -> String {
+    if valid.is_empty() {
+        return "there is none to name".to_string();
+    }
     let mut listed: Vec<String> = valid.iter().take(MOST_LISTED).map(|valid| format!("`{}`", shown(valid))).collect();
     if valid.len() > MOST_LISTED {
         listed.push(format!("and {} more", valid.len() - MOST_LISTED));

@@ -195,7 +195,7 @@ impl Reader<'_> {
                 Some(attachment) => ply::read(&attachment.bytes).map_err(|error| error.in_file(&path))?,
                 None => ply::open(&path)?,
             };
-            notes.into_iter().for_each(|note| builder.note(format!("{}: {note}", path.display())));
+            notes.into_iter().for_each(|(kind, text)| builder.note(format!("{}: {kind}: {text}", path.display())));
             return Ok(vec![builder.mesh(mesh, material)]);
         }
         let material = table.get("material").is_some().then(|| self.materials.named(table)).transpose()?;

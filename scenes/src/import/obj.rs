@@ -206,12 +206,16 @@ fn read_libraries(path: &Path, source: &Source, notes: &mut Notes) -> Result<Vec
             let unreadable = |error| SceneError::unreadable(&file, error, "make the material library readable");
             let bytes = crate::file::read(&file).map_err(unreadable)?;
             for statements in mtl::parse(&file, &source::decode(&file, &bytes)?)? {
-                let used = source.materials.contains_key(&statements.name);
-                if !used || !known.insert(statements.name.clone()) {
+                if !source.materials.contains_key(&statements.name) {
+                    continue;
+                }
+                let place = Place { file: file.as_path().into(), line: statements.line };
+                if !known.insert(statements.name.clone()) {
+                    let text = format!("there is more than one material `{}`: the first holds", statements.name);
+                    notes.add(NoteKind::Approximated, &place, text);
                     continue;
                 }
                 let appearance = Appearance::of(&statements, file.parent().unwrap_or(Path::new("")));
-                let place = Place { file: file.as_path().into(), line: statements.line };
                 let title = format!("material `{}`", statements.name);
                 notes.add(NoteKind::Mapped, &place, format!("{title} becomes `{}`", appearance.bsdf.name()));
                 for (kind, text) in &appearance.notes {
@@ -260,6 +264,12 @@ fn read_groups(
     for (run, mesh) in meshes.into_iter().filter(|(_, mesh)| !mesh.triangles.is_empty()) {
         let known = appearances.iter().position(|(name, _)| run.material == Some(name));
         let appearance = known.unwrap_or_else(|| grey(appearances));
+        let (name, made) = &appearances[appearance];
+        if mesh.uvs.is_empty() && (made.is_mapped() || made.maps.emission.is_some()) {
+            let place = Place { file: path.into(), line: source.materials.get(name).copied().unwrap_or(1) };
+            let text = format!("the maps of material `{name}` are left out on faces without texture coordinates");
+            notes.add(NoteKind::Approximated, &place, text);
+        }
         groups.push(Group { name: run.name.to_owned(), mesh, appearance });
     }
     if turned > 0 {

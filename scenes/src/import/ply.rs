@@ -54,8 +54,8 @@ const SLOTS: [&[&str]; 11] = [
 pub struct Model {
     /// The mesh.
     pub mesh: MeshData,
-    /// What was changed.
-    pub notes: Vec<String>,
+    /// What was changed or left out.
+    pub notes: Vec<(NoteKind, String)>,
 }
 
 /// Reads a file.
@@ -72,7 +72,7 @@ pub fn scene(path: &Path, name: &str, size: Option<(u32, u32)>) -> Result<(Scene
     let Model { mesh, notes: changed } = open(path)?;
     let mut builder = SceneBuilder::new(name);
     let (mut notes, place) = (Notes::default(), Place { file: path.into(), line: 1 });
-    changed.into_iter().for_each(|text| notes.add(NoteKind::Mapped, &place, text));
+    changed.into_iter().for_each(|(kind, text)| notes.add(kind, &place, text));
     viewpoint::furnish(&mut builder, &[&mesh], false, size, &mut notes, &place);
     let reflects = |colour: &Spectrum| colour.max_component() <= 1.0;
     let coloured = !mesh.colours.is_empty() && mesh.colours.iter().all(reflects);
@@ -108,9 +108,17 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Model, SceneError> {
     if mesh.triangles.is_empty() {
         return Err(SceneError::invalid("the file holds no faces", "save it as a mesh of polygons or triangle strips"));
     }
+    let mut notes = Vec::new();
     let turned = turn_to_normals(&mut mesh);
-    let note = (turned > 0).then(|| format!("{turned} triangles were turned to the side of their normals"));
-    Ok(Model { mesh, notes: note.into_iter().collect() })
+    if turned > 0 {
+        notes.push((NoteKind::Mapped, format!("{turned} triangles were turned to the side of their normals")));
+    }
+    let behind = body.rest.trim_ascii().len();
+    if behind > 0 {
+        let text = format!("{behind} bytes behind the last element that the header counts are left out");
+        notes.push((NoteKind::Approximated, text));
+    }
+    Ok(Model { mesh, notes })
 }
 
 fn read_vertices(

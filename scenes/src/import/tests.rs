@@ -324,7 +324,7 @@ fn png(folder: &TempDir, name: &str, texel: [u8; 4]) {
 #[test]
 fn maps_are_read_on_meshes_with_texture_coordinates() {
     let mtl = "newmtl leaf\nKd 0.5\nmap_Kd k.png\nmap_d m.png\nbump -bm 2 h.png\nKa 1\nmap_Ks s.png\n\
-               newmtl lamp\nKe 2 2 2\nmap_Ke -s 2 2 k.png\nnorm n.png\n";
+               newmtl lamp\nKe 2 2 2\nmap_Ke -s 2 2 k.png\nnorm n.png\nnewmtl leaf\nKd 0\n";
     let obj = format!(
         "mtllib a.mtl\n{TRIANGLE}vt 0 0\nvt 1 0\nvt 0 1\ng first\nusemtl leaf\nf 1/1 2/2 3/3\nf 1 2 3\n\
          g second\nusemtl lamp\nf 1/1 2/2 3/3\n"
@@ -355,10 +355,21 @@ fn maps_are_read_on_meshes_with_texture_coordinates() {
         "ignored: `Ka` is not read",
         "approximated: material `leaf`: `map_Ks s.png` is not read",
         "mapped: material `lamp` becomes `lambert`",
+        "approximated: there is more than one material `leaf`: the first holds",
     ];
     assert_eq!(told, expected);
     let scene = load(folder.path().join("a.obj").to_str().unwrap(), &LoadOptions::default()).unwrap();
     assert!(scene.needs.masks && scene.environment.is_none());
+    let bare = format!("mtllib a.mtl\n{TRIANGLE}usemtl leaf\nf 1 2 3\n");
+    let folder = self::folder(&[("a.obj", bare.as_str()), ("a.mtl", mtl)]);
+    png(&folder, "k.png", [255, 0, 0, 255]);
+    let told = open(&folder, "a.obj").notes.all().last().unwrap().to_string();
+    assert!(
+        told.ends_with(
+            "a.obj:5: approximated: the maps of material `leaf` are left out on faces without texture coordinates"
+        ),
+        "{told}"
+    );
     let labels = scene.labels.surfaces();
     assert!(
         labels.iter().any(|of| of == &["leaf", "first"]) && labels.iter().any(|of| of == &["lamp", "second"]),

@@ -12,6 +12,7 @@ use std::sync::Arc;
 use crate::builder::SceneBuilder;
 use crate::description::{self, Origin};
 use crate::error::SceneError;
+use crate::suggest::nearest;
 
 /// How the scene files begin that are made of others.
 pub const SCENE_HEADER: &str = "# Made of";
@@ -183,6 +184,14 @@ impl Lines {
     }
 }
 
+/// What is said of a parameter that is not known; `known` are those that were looked for.
+pub fn unknown(what: &str, name: &str, known: &[&str]) -> String {
+    match nearest(name, known).filter(|near| *near != name) {
+        Some(near) => format!("{what} is not known, and is left out: did you mean `{near}`?"),
+        None => format!("{what} is not known, and is left out"),
+    }
+}
+
 /// Whether a name can be a label.
 pub fn can_be_label(name: &str) -> bool {
     (1..=100).contains(&name.chars().count()) && !name.chars().any(char::is_control)
@@ -231,6 +240,11 @@ impl Translation {
     /// Reads the text into a builder; the scene is called `scene`, paths start at `folder`, and errors name foreign places.
     pub fn read(&self, scene: &str, folder: &Path, size: Option<(u32, u32)>) -> Result<SceneBuilder, SceneError> {
         let file = self.places.first().map_or_else(String::new, |place| place.file.display().to_string());
+        if !self.text.contains(SHAPE) {
+            let left_out = self.notes.iter().find(|note| note.kind == NoteKind::Approximated);
+            let mend = left_out.map_or("add one".to_string(), |note| format!("{} ({})", note.text, note.place));
+            return Err(SceneError::invalid("the scene has no shape that can be read", mend).in_file(&file).at_line(1));
+        }
         let origin = Origin { scene, file: &file, folder: Some(folder), attachments: &self.attachments };
         let mut builder = description::read(&self.text, origin, size).map_err(|error| {
             let of_text = matches!(&error, SceneError::Invalid { file: Some(at), .. } if *at == Path::new(&file));

@@ -24,6 +24,11 @@ pub fn write<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<(), 
             radiance.map(|radiance| ("constant", vec![("radiance", colour(radiance))]))
         }
         "envmap" => environment(&plugin, &to_world, context)?,
+        "area" => {
+            let text = "an emitter `area` that stands in no shape is left out; move it into the shape that emits";
+            context.approximate(plugin.place(), text);
+            return Ok(());
+        }
         kind => {
             context.approximate(plugin.place(), format!("an emitter `{kind}` is not known, and is left out"));
             return Ok(());

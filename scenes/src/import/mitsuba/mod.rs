@@ -121,6 +121,5 @@ fn integrator<'a>(element: &'a Element, head: &mut Lines, context: &mut Context<
     if plugin.boolean("hide_emitters")? == Some(true) {
         context.approximate(place, "`hide_emitters` is left out: emitters are seen");
     }
-    plugin.finish(context);
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! A plugin's parameters, each looked up by its name; what nobody asked for is told.
 
 use std::cell::RefCell;
+use std::collections::BTreeSet;
 
 use glam::{DMat4, DVec3};
 
@@ -8,7 +9,7 @@ use super::context::Context;
 use super::transform;
 use super::xml::Element;
 use crate::error::SceneError;
-use crate::import::translation::{NoteKind, Place};
+use crate::import::translation::{NoteKind, Place, unknown};
 
 /// An element with its parts, references resolved.
 pub struct Plugin<'a> {
@@ -16,6 +17,8 @@ pub struct Plugin<'a> {
     pub element: &'a Element,
     parts: Vec<(&'a str, &'a Element)>,
     used: RefCell<Vec<bool>>,
+    /// The names that were asked for.
+    asked: RefCell<BTreeSet<String>>,
 }
 
 impl<'a> Plugin<'a> {
@@ -28,7 +31,7 @@ impl<'a> Plugin<'a> {
             parts.push((name, part));
         }
         let used = RefCell::new(vec![false; parts.len()]);
-        Ok(Self { element, parts, used })
+        Ok(Self { element, parts, used, asked: RefCell::default() })
     }
 
     /// Where it begins.
@@ -44,6 +47,7 @@ impl<'a> Plugin<'a> {
     /// The parameter of this name.
     pub fn part(&self, name: &str) -> Option<&'a Element> {
         // Of two, the last holds, and both are used.
+        self.asked.borrow_mut().insert(name.to_owned());
         let mut found = None;
         for (i, (own, part)) in self.parts.iter().enumerate() {
             if *own == name {
@@ -125,17 +129,20 @@ impl<'a> Plugin<'a> {
         }
     }
 
-    /// Tells which parts nobody asked for.
+    /// Tells which parts nobody asked for, and which there are two of.
     pub fn finish(&self, context: &mut Context<'a>) {
+        let (asked, title) = (self.asked.borrow(), self.element.title());
+        let asked: Vec<&str> = asked.iter().map(String::as_str).collect();
+        let mut seen = BTreeSet::new();
         for ((name, part), used) in self.parts.iter().zip(&*self.used.borrow()) {
-            if !used {
-                let what = if name.is_empty() { part.title() } else { format!("`{name}`") };
-                // A number or a text that is not known may not matter; a part that is a thing of its own does.
-                let small = matches!(part.tag.as_str(), "float" | "integer" | "string" | "boolean");
-                let kind = if small { NoteKind::Ignored } else { NoteKind::Approximated };
-                let left = if small { "" } else { " is left out" };
-                context.note(kind, &part.place, format!("{what} of {}{left}", self.element.title()));
-            }
+            let again = !name.is_empty() && !seen.insert(*name);
+            let text = match (*used, again) {
+                (true, false) => continue,
+                (true, true) => format!("there is more than one `{name}` in {title}: the last holds"),
+                (false, _) if name.is_empty() => format!("{} of {title} is left out", part.title()),
+                (false, _) => unknown(&format!("`{name}` of {title}"), name, &asked),
+            };
+            context.note(NoteKind::Approximated, &part.place, text);
         }
     }
 }

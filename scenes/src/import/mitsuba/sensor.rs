@@ -180,7 +180,16 @@ fn film<'a>(sensor: &Plugin<'a>, context: &mut Context<'a>) -> Result<Film, Scen
         film.filter = filter_of(filter, context)?;
     }
     context.note(NoteKind::Mapped, plugin.place(), format!("`film {}` becomes the size of the image", plugin.kind()));
-    plugin.skip(&["file_format", "pixel_format", "component_format", "sample_border", "banner", "compensate", "id"]);
+    plugin.skip(&[
+        "file_format",
+        "pixel_format",
+        "component_format",
+        "sample_border",
+        "banner",
+        "compensate",
+        "high_quality_edges",
+        "id",
+    ]);
     plugin.finish(context);
     Ok(film)
 }

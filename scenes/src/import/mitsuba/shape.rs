@@ -62,7 +62,14 @@ fn write_one<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<(), 
     let Some(form) = form(&plugin, to_world, context)? else { return Ok(()) };
     context.mapped(element, &format!("`{}`", form.kind));
     let emitters = plugin.tagged("emitter");
-    let material = match plugin.tagged("bsdf").first() {
+    let materials = plugin.tagged("bsdf");
+    for other in materials.iter().skip(1).chain(emitters.iter().skip(1)) {
+        context.approximate(
+            &other.place,
+            format!("{} is the second of {}, and is left out", other.title(), element.title()),
+        );
+    }
+    let material = match materials.first() {
         Some(bsdf) => material::named(bsdf, form.turned, context)?,
         None => material::usual(&element.place, !emitters.is_empty(), context),
     };

@@ -292,7 +292,16 @@ fn what_nobody_asked_for_is_told_once() {
         .filter(|note| note.text.contains("raduis"))
         .map(|note| format!("{}: {} ({})", note.place.line, note.text, note.count))
         .collect();
-    assert_eq!(ignored, ["2: `raduis` of `shape sphere` (2)"]);
+    let text = "2: `raduis` of `shape sphere` is not known, and is left out: did you mean `radius`? (2)";
+    assert_eq!(ignored, [text]);
+    let twice = "<shape type=\"sphere\"><float name=\"radius\" value=\"1\"/><float name=\"radius\" value=\"2\"/>\
+                 <bsdf type=\"diffuse\"/><bsdf type=\"plastic\"/></shape>";
+    let told = notes(&made_of(twice), NoteKind::Approximated);
+    assert!(
+        told.iter().any(|note| note.contains("more than one `radius` in `shape sphere`: the last holds")),
+        "{told:?}"
+    );
+    assert!(told.iter().any(|note| note.contains("`bsdf plastic` is the second of `shape sphere`")), "{told:?}");
     let medium = "<shape type=\"sphere\"><medium name=\"interior\" type=\"homogeneous\"/></shape>";
     assert!(notes(&made_of(medium), NoteKind::Approximated).iter().any(|note| note.contains("`interior`")));
 }

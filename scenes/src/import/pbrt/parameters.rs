@@ -1,13 +1,14 @@
 //! A directive's parameters, each looked up by its name; what nobody asked for is told.
 
 use std::cell::RefCell;
+use std::collections::BTreeSet;
 
 use glam::DVec3;
 
 use super::context::Context;
 use super::parser::{Parameter, Values};
 use crate::error::SceneError;
-use crate::import::translation::{NoteKind, Place};
+use crate::import::translation::{NoteKind, Place, unknown};
 
 /// A directive with its parameters.
 #[derive(Clone, Debug)]
@@ -20,13 +21,15 @@ pub struct Parameters {
     pub place: Place,
     list: Vec<Parameter>,
     used: RefCell<Vec<bool>>,
+    /// The names that were asked for.
+    asked: RefCell<BTreeSet<String>>,
 }
 
 impl Parameters {
     /// Nothing is asked for yet. Of two of a name the first holds.
     pub fn new(directive: &'static str, kind: String, place: Place, list: Vec<Parameter>) -> Self {
         let used = RefCell::new(vec![false; list.len()]);
-        Self { directive, kind, place, list, used }
+        Self { directive, kind, place, list, used, asked: RefCell::default() }
     }
 
     /// What it is called in notes and errors.
@@ -36,6 +39,7 @@ impl Parameters {
 
     /// The parameter of this name.
     pub fn find(&self, name: &str) -> Option<&Parameter> {
+        self.asked.borrow_mut().insert(name.to_owned());
         let mut found = None;
         for (i, parameter) in self.list.iter().enumerate().rev() {
             if parameter.name == name {
@@ -136,13 +140,20 @@ impl Parameters {
         names.iter().for_each(|name| _ = self.find(name));
     }
 
-    /// Notes what nobody asked for.
+    /// Notes what nobody asked for, and what there are two of.
     pub fn finish(&self, context: &mut Context) {
-        for (parameter, used) in self.list.iter().zip(self.used.borrow().iter()) {
-            if !used {
-                let text = format!("`{}` of {}", super::lexer::shown(&parameter.name), self.title());
-                context.note(NoteKind::Ignored, &parameter.place, text);
-            }
+        let (asked, title) = (self.asked.borrow(), self.title());
+        let asked: Vec<&str> = asked.iter().map(String::as_str).collect();
+        let mut seen = BTreeSet::new();
+        for (parameter, used) in self.list.iter().zip(&*self.used.borrow()) {
+            let name = super::lexer::shown(&parameter.name);
+            let again = !seen.insert(parameter.name.as_str());
+            let text = match (*used, again) {
+                (true, false) => continue,
+                (_, true) => format!("there is more than one `{name}` in {title}: the first holds"),
+                (false, false) => unknown(&format!("`{name}` of {title}"), &parameter.name, &asked),
+            };
+            context.note(NoteKind::Approximated, &parameter.place, text);
         }
     }
 }

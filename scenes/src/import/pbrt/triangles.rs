@@ -90,15 +90,28 @@ fn patches_of(
         let normal = (b - a).cross(c - a).normalize_or_zero();
         (d - a).dot(normal).abs() > 1e-6 * ((b - a).length() + (c - a).length() + (d - a).length())
     };
-    let bent = patches.iter().filter(|patch| curved(patch)).count();
-    if bent > 0 {
+    // Two triangles have no other coordinates and normals than those that are linear over the patch.
+    let linear = |patch: &[u32; 4]| {
+        let uv = |k: usize| mesh.uvs.get(patch[k] as usize).copied();
+        let n = |k: usize| mesh.normals.get(patch[k] as usize).copied();
+        let flat = match [0, 1, 2, 3].map(uv) {
+            [Some(a), Some(b), Some(c), Some(d)] => (a + d - b - c).length() < 1e-5,
+            _ => true,
+        };
+        flat && [1, 2, 3].iter().all(|&k| n(k) == n(0))
+    };
+    let bent = patches.iter().filter(|patch| curved(patch) || !linear(patch)).count();
+    if patches.iter().any(curved) {
         context.approximate(&parameters.place, format!("a curved patch becomes {PIECES} by {PIECES} flat ones"));
+    } else if bent > 0 {
+        let text = format!("a patch whose texture coordinates or normals bend becomes {PIECES} by {PIECES} pieces");
+        context.approximate(&parameters.place, text);
     }
     if bent * 2 * PIECES * PIECES > MOST_PIECES {
         return Err(parameters.place.error(format!("there are {bent} curved patches"), "use a mesh of triangles"));
     }
     for patch in patches {
-        let n = if curved(patch) { PIECES } else { 1 };
+        let n = if curved(patch) || !linear(patch) { PIECES } else { 1 };
         let first = out.positions.len() as u32;
         let weights = |i: usize, j: usize| {
             let (s, t) = (i as f64 / n as f64, j as f64 / n as f64);

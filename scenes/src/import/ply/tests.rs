@@ -91,7 +91,9 @@ fn what_is_declared_is_read() {
         assert!((mesh.colours[3].to_array()[0] - 0.502_886).abs() < 1e-5, "{:?}", mesh.colours[3]);
     }
     let turned = read(ASCII.replace("7 4 0 1 2 3", "7 4 3 2 1 0").as_bytes()).unwrap();
-    assert_eq!(turned.notes, ["2 triangles were turned to the side of their normals"]);
+    assert_eq!(turned.notes[0].1, "2 triangles were turned to the side of their normals");
+    let longer = read(format!("{ASCII}3 0 1 2\n").as_bytes()).unwrap();
+    assert_eq!(longer.notes[0].1, "7 bytes behind the last element that the header counts are left out");
     let linear = ASCII.replace("uchar red", "float red").replace("uchar green", "float green");
     let linear = read(linear.replace("uchar blue", "float blue").as_bytes()).unwrap();
     assert_eq!(linear.mesh.colours[1].to_array(), [0.0, 255.0, 0.0]);

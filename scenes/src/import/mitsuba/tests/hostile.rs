@@ -107,7 +107,7 @@ fn scenes_that_are_none() {
     let text = format!("<scene version=\"3.0.0\">{SENSOR}</scene>");
     let folder = folder(&[("a.xml", &text)]);
     let error = open(&folder).unwrap().read("a", folder.path(), None).unwrap_err().to_string();
-    assert!(error.contains("a.xml:1: the scene has no shapes"), "{error}");
+    assert!(error.contains("a.xml:1: the scene has no shape that can be read; add one"), "{error}");
 }
 
 #[test]

@@ -201,6 +201,17 @@ fn meshes() {
     assert_eq!(built(&patch(0.0)).0, 2);
     let (count, translation) = built(&patch(1.0));
     assert_eq!((count, notes(&translation, NoteKind::Approximated).len()), (128, 1));
+    // Texture coordinates that cross bend over a flat patch.
+    let (count, translation) = built(&format!("{} \"point2 uv\" [0 0 1 0 1 1 0 1]", patch(0.0)));
+    assert_eq!((count, notes(&translation, NoteKind::Approximated).len()), (128, 1));
+    assert_eq!(built(&format!("{} \"point2 uv\" [0 0 2 0 0 3 2 3]", patch(0.0))).0, 2);
+    let twice = built("Shape \"sphere\" \"float radius\" 1 \"float radius\" 2 \"float raduis\" 2").1;
+    let told = notes(&twice, NoteKind::Approximated);
+    assert!(told[0].contains("more than one `radius` in `Shape sphere`: the first holds"), "{told:?}");
+    assert!(
+        told[1].contains("`raduis` of `Shape sphere` is not known, and is left out: did you mean `radius`?"),
+        "{told:?}"
+    );
     let control = "Shape \"loopsubdiv\" \"integer levels\" 3 \"point3 P\" [0 0 0 1 0 0 0 1 0 0 0 1] \"integer indices\" [0 1 2 0 1 3]";
     assert_eq!(built(control).0, 2);
 }
