@@ -63,7 +63,11 @@ impl Browser {
         });
         let mut browser =
             Self { process, input, answers, session: None, last: 0, complaints: Vec::new(), _profile: profile };
-        let target = browser.ask("Target.createTarget", json!({"url": "about:blank"}))["targetId"].clone();
+        let Some(target) = browser.answer("Target.createTarget", json!({"url": "about:blank"})) else {
+            println!("skipped: the browser is there, but does not start");
+            return None;
+        };
+        let target = target["targetId"].clone();
         let attached = browser.ask("Target.attachToTarget", json!({"targetId": target, "flatten": true}));
         browser.session = attached["sessionId"].as_str().map(str::to_owned);
         for domain in ["Page", "Runtime", "Log"] {
@@ -73,8 +77,13 @@ impl Browser {
         Some(browser)
     }
 
-    /// Sends a command and waits for its result; notes what the page complains about meanwhile.
+    /// Sends a command and waits for its result.
     fn ask(&mut self, method: &str, parameters: Value) -> Value {
+        self.answer(method, parameters).unwrap_or_else(|| panic!("no answer to {method}"))
+    }
+
+    /// The same; `None` where no answer comes. Notes what the page complains about meanwhile.
+    fn answer(&mut self, method: &str, parameters: Value) -> Option<Value> {
         self.last += 1;
         let mut message = json!({"id": self.last, "method": method, "params": parameters});
         if let Some(session) = &self.session {
@@ -82,12 +91,12 @@ impl Browser {
         }
         let mut bytes = message.to_string().into_bytes();
         bytes.push(0);
-        self.input.write_all(&bytes).expect("the browser reads");
+        self.input.write_all(&bytes).ok()?;
         loop {
-            let answer = self.answers.recv_timeout(PATIENCE).unwrap_or_else(|_| panic!("no answer to {method}"));
+            let answer = self.answers.recv_timeout(PATIENCE).ok()?;
             if answer["id"] == self.last {
                 assert!(answer["error"].is_null(), "{method}: {}", answer["error"]);
-                return answer["result"].clone();
+                return Some(answer["result"].clone());
             }
             self.note(&answer);
         }
