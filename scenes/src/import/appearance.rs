@@ -185,9 +185,13 @@ fn image(map: &Map, folder: &Path, reading: Reading) -> Result<Texture, String> 
     let encoding =
         if matches!(reading, Reading::Share(_) | Reading::Colour(_)) { Encoding::Srgb } else { Encoding::Linear };
     let image = Arc::new(Image::decode(&bytes, None, encoding)?);
-    let named = map.channel.and_then(|channel| {
-        let place = ["r", "g", "b", "m", "l"].iter().position(|name| name.starts_with(channel))?;
-        Some([Channel::One(0), Channel::One(1), Channel::One(2), Channel::ALPHA, Channel::Luminance][place])
+    let named = map.channel.and_then(|channel| match channel {
+        'r' => Some(Channel::One(0)),
+        'g' => Some(Channel::One(1)),
+        'b' => Some(Channel::One(2)),
+        'm' => Some(Channel::ALPHA),
+        'l' => Some(Channel::Luminance),
+        _ => None,
     });
     let (channel, scale) = match reading {
         Reading::Share(scale) | Reading::Colour(scale) => (named.unwrap_or(Channel::Colour), scale),

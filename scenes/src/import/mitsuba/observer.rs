@@ -1,8 +1,20 @@
 //! How spectra look: the CIE 1931 observer, daylight, and linear sRGB.
 
+use glam::DMat3;
+
 /// From XYZ to linear sRGB, whose white is D65.
-pub const TO_RGB: [[f64; 3]; 3] =
+const TO_RGB: [[f64; 3]; 3] =
     [[3.240_479, -1.537_150, -0.498_535], [-0.969_256, 1.875_991, 0.041_556], [0.055_648, -0.204_043, 1.057_311]];
+
+/// The linear sRGB of a colour in XYZ.
+pub fn from_xyz(xyz: [f64; 3]) -> [f64; 3] {
+    TO_RGB.map(|row| (0..3).map(|i| row[i] * xyz[i]).sum())
+}
+
+/// The luminance of a colour in linear sRGB; of a grey that grey.
+pub fn luminance([r, g, b]: [f64; 3]) -> f64 {
+    if r == g && g == b { r } else { 0.212_671 * r + 0.715_160 * g + 0.072_169 * b }
+}
 
 /// CIE's illuminant D65 from 380 to 780 nm, every 10 nm, relative to 100 at 560 nm.
 const D65: [f64; 41] = [
@@ -11,6 +23,11 @@ const D65: [f64; 41] = [
     83.6992, 80.0268, 80.2146, 82.2778, 78.2842, 69.7213, 71.6091, 74.349, 61.604, 69.8856, 75.087, 63.5927, 46.4182,
     66.8054, 63.3828,
 ];
+
+/// From XYZ to linear sRGB, as a matrix.
+pub fn matrix_to_rgb() -> DMat3 {
+    DMat3::from_cols_array_2d(&TO_RGB).transpose()
+}
 
 /// The fit of Wyman, Sloan and Shirley (2013, equation 4), in lobes of two halves; good to some 1 %.
 fn observer(wavelength: f64) -> [f64; 3] {
@@ -27,18 +44,18 @@ fn observer(wavelength: f64) -> [f64; 3] {
 
 /// The linear sRGB of a spectrum v: of light, from ∫ v x̄ dλ / ∫ ȳ dλ; where it is seen in daylight, such that 1 is white.
 pub fn integrated(value: impl Fn(f64) -> f64, in_daylight: bool) -> [f64; 3] {
-    let (mut sum, mut white, mut luminance) = ([0.0; 3], [0.0; 3], 0.0);
+    let (mut sum, mut white, mut brightness) = ([0.0; 3], [0.0; 3], 0.0);
     for wavelength in (360..=830).map(f64::from) {
         let lit = if in_daylight { daylight(wavelength) } else { 1.0 };
         let xyz = observer(wavelength);
-        luminance += xyz[1];
-        for (c, row) in TO_RGB.iter().enumerate() {
-            let response = lit * (0..3).map(|i| row[i] * xyz[i]).sum::<f64>();
+        brightness += xyz[1];
+        for (c, response) in from_xyz(xyz).into_iter().enumerate() {
+            let response = lit * response;
             sum[c] += response * value(wavelength);
             white[c] += response;
         }
     }
-    std::array::from_fn(|c| sum[c] / if in_daylight { white[c] } else { luminance })
+    std::array::from_fn(|c| sum[c] / if in_daylight { white[c] } else { brightness })
 }
 
 /// D65, its ends going on as they are.

@@ -282,13 +282,11 @@ fn mesh_file<'a>(plugin: &Plugin<'a>, transform: DMat4, context: &mut Context<'a
     if plugin.kind() == "ply" {
         return Ok(Some(ply(plugin, &path, flat, form, context)?));
     }
-    let mut as_it_is = false;
-    let (data, has_normals, of_faces) = if is_obj {
+    let (data, has_normals, of_faces, nameable) = if is_obj {
         let model = Model::open_unsmoothed(&path)?;
-        as_it_is = !model.has_smoothing;
         let groups: Vec<MeshData> = model.groups.into_iter().map(|group| group.mesh).collect();
         let has_normals = groups.iter().any(|mesh| !mesh.normals.is_empty());
-        (groups, has_normals, flat)
+        (groups, has_normals, flat, !model.has_smoothing)
     } else {
         let bytes = crate::file::read(&path)
             .map_err(|error| SceneError::unreadable(&path, error, "name a file that can be read"))?;
@@ -296,11 +294,11 @@ fn mesh_file<'a>(plugin: &Plugin<'a>, transform: DMat4, context: &mut Context<'a
             .map_err(|_| plugin.place().error("the `shape_index` is negative", "count from 0"))?;
         let found = serialized::read(&path, &bytes, index)?;
         let has_normals = !found.mesh.normals.is_empty();
-        (vec![found.mesh], has_normals, flat || found.face_normals)
+        (vec![found.mesh], has_normals, flat || found.face_normals, false)
     };
     let mut data = mesh::joined(data);
     let smoothed = if has_normals || of_faces { None } else { mesh::smooth_normals(&data, &transform) };
-    if as_it_is && smoothed.is_none() && !(has_normals && of_faces) {
+    if nameable && smoothed.is_none() && !(has_normals && of_faces) {
         return Ok(Some(form(&context.named_from_base(&path), has_normals)));
     }
     if of_faces {

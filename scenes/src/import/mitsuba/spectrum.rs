@@ -1,7 +1,7 @@
 //! Spectra as colours in linear sRGB, as Mitsuba 3 makes them where it renders in RGB.
 
 use super::context::Context;
-use super::observer::{TO_RGB, integrated};
+use super::observer::{from_xyz, integrated};
 use super::plugin::{finite, finite_list};
 use super::xml::Element;
 use crate::error::SceneError;
@@ -87,7 +87,7 @@ fn constant(value: f64, quantity: Quantity, element: &Element, context: &mut Con
         }
     };
     context.note(NoteKind::Mapped, &element.place, text);
-    if element.version >= 3 { TO_RGB.map(|row| value * row.iter().sum::<f64>()) } else { [value; 3] }
+    if element.version >= 3 { from_xyz([1.0; 3]).map(|c| value * c) } else { [value; 3] }
 }
 
 fn of_text(text: &str, quantity: Quantity, element: &Element, context: &mut Context) -> Result<[f64; 3], SceneError> {

@@ -6,6 +6,7 @@
 use glam::{DMat4, DVec2};
 
 use super::context::Context;
+use super::observer::luminance;
 use super::plugin::Plugin;
 use super::spectrum::{self, Quantity};
 use super::transform;
@@ -35,11 +36,6 @@ pub struct Image {
     grey: bool,
     scale: [f64; 3],
     map: UvMap,
-}
-
-/// The luminance of a colour in linear sRGB; of a grey that grey.
-pub fn luminance([r, g, b]: [f64; 3]) -> f64 {
-    if r == g && g == b { r } else { 0.212_671 * r + 0.715_160 * g + 0.072_169 * b }
 }
 
 /// Where in a pattern a point lies: `uv · scale + offset`.

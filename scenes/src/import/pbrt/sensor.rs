@@ -7,7 +7,7 @@ use super::context::Context;
 use super::parameters::Parameters;
 use super::spectrum::planck;
 use crate::error::SceneError;
-use crate::import::mitsuba::observer::{TO_RGB, integrated};
+use crate::import::mitsuba::observer::{integrated, matrix_to_rgb};
 use crate::import::translation::NoteKind;
 
 /// The chromaticity of the white of linear sRGB.
@@ -79,7 +79,7 @@ fn balance(film: &Parameters, context: &mut Context) -> Result<Option<DMat3>, Sc
     }
     let text = format!("the `whitebalance` of {kelvin} K is given to what emits: exact for what is white and grey");
     context.approximate(place, text);
-    let to_rgb = DMat3::from_cols_array_2d(&TO_RGB).transpose();
+    let to_rgb = matrix_to_rgb();
     let cones = |[x, y]: [f64; 2]| CONES * dvec3(x / y, 1.0, (1.0 - x - y) / y);
     let gains = DMat3::from_diagonal(cones(WHITE) / cones(daylight(kelvin)));
     Ok(Some(to_rgb * CONES.inverse() * gains * CONES * to_rgb.inverse()))
@@ -91,7 +91,7 @@ fn daylight(kelvin: f64) -> [f64; 2] {
     let t = kelvin * 1.4388 / 1.4380;
     if t < 4000.0 {
         let rgb = integrated(|wavelength| planck(wavelength, kelvin), false);
-        let xyz = DMat3::from_cols_array_2d(&TO_RGB).transpose().inverse() * DVec3::from(rgb);
+        let xyz = matrix_to_rgb().inverse() * DVec3::from(rgb);
         return [xyz.x / xyz.element_sum(), xyz.y / xyz.element_sum()];
     }
     let [a, b, c, d] = if t <= 7000.0 {

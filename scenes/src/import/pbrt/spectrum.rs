@@ -7,7 +7,7 @@ use super::context::Context;
 use super::parameters::Parameters;
 use super::parser::{Parameter, Values};
 use crate::error::SceneError;
-use crate::import::mitsuba::observer::integrated;
+use crate::import::mitsuba::observer::{from_xyz, integrated, luminance};
 use crate::import::translation::Place;
 use crate::suggest::did_you_mean;
 
@@ -136,17 +136,9 @@ fn own_scale(parameters: &Parameters, context: &mut Context) -> Result<[f64; 3],
     parameters.find("scale").map_or(Ok([1.0; 3]), |parameter| colour(parameter, Quantity::Emission, context))
 }
 
-fn from_xyz([x, y, z]: [f64; 3]) -> [f64; 3] {
-    [
-        3.240_479 * x - 1.537_150 * y - 0.498_535 * z,
-        -0.969_256 * x + 1.875_991 * y + 0.041_556 * z,
-        0.055_648 * x - 0.204_043 * y + 1.057_311 * z,
-    ]
-}
-
 /// Light of a luminance of 1, of whatever luminance it was.
 fn of_luminance_one(rgb: [f64; 3]) -> [f64; 3] {
-    let luminance = 0.212_671 * rgb[0] + 0.715_160 * rgb[1] + 0.072_169 * rgb[2];
+    let luminance = luminance(rgb);
     if luminance > 0.0 { rgb.map(|c| c / luminance) } else { [0.0; 3] }
 }
 

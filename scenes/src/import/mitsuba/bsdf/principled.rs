@@ -3,6 +3,7 @@
 use crate::error::SceneError;
 use crate::import::mitsuba::context::Context;
 use crate::import::mitsuba::material::{Description, Value};
+use crate::import::mitsuba::observer::luminance;
 use crate::import::mitsuba::plugin::Plugin;
 use crate::import::mitsuba::spectrum::Quantity::Reflectance;
 use crate::import::mitsuba::texture::{self, Texture};
@@ -68,7 +69,7 @@ fn index(plugin: &Plugin) -> Result<f64, SceneError> {
 
 /// The largest channel of a colour over its luminance.
 fn largest_over_luminance([r, g, b]: [f64; 3]) -> f64 {
-    let luminance = texture::luminance([r, g, b]);
+    let luminance = luminance([r, g, b]);
     if luminance > 0.0 { r.max(g).max(b) / luminance } else { 1.0 }
 }
 
