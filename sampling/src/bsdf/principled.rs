@@ -3,7 +3,7 @@
 mod lobes;
 mod settings;
 
-pub use settings::{ClearcoatMasking, PrincipledSettings};
+pub use settings::{ClearcoatMasking, PrincipledSettings, Tints};
 
 use lobes::{gtr1, sample_gtr1};
 
@@ -29,18 +29,21 @@ use glam::{Vec2, Vec3};
 ///
 /// Departures. The dielectric share of the specular lobe has Fresnel's equations for `eta`, not Schlick's approximation (of
 /// the index, eta = 2 / (1 − √(0.08 specular)) − 1 is 2012's `specular`). Masking has the lobe's own α, not a remapped one, and is
-/// of either kind ([`Masking`]). Tints are scaled to a largest channel of 1, not to a luminance of 1, which would make channels of
-/// saturated colours exceed 1. α is at least [`Ggx::MIN_ALPHA`], whatever the roughness, 0 included.
+/// of either kind ([`Masking`]). Tints are scaled to a largest channel of 1, unless [`Tints`] says otherwise. α is at least
+/// [`Ggx::MIN_ALPHA`], whatever the roughness, 0 included.
 ///
 /// The lobes are added, not layered, and retro-reflection and sheen are added energy: see [`MAX_ALBEDO`](BsdfModel::MAX_ALBEDO).
 /// Left out: 2015's diffuse transmission of thin surfaces and its diffusion profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Principled {
     base_color: Spectrum,
-    /// The colour of sheen, times its strength.
+    /// The colour of sheen, times its strength and its share of the surface.
     sheen: Spectrum,
     /// F₀ of the tinted dielectric over F₀ of an untinted one.
     tint: Spectrum,
+    /// The share of the dielectric that is tinted: all of it by [`Tints::Brightest`], whose tint says how far.
+    tinted: f32,
+    tints: Tints,
     metallic: f32,
     subsurface: f32,
     roughness: f32,
@@ -82,22 +85,28 @@ impl Principled {
     pub fn new(settings: PrincipledSettings) -> Self {
         let PrincipledSettings { base_color, metallic, eta, specular_tint, roughness, sheen, sheen_tint, .. } =
             settings;
-        let largest = base_color.max_component();
-        let hue = if largest > 0.0 { base_color / largest } else { Spectrum::ONE };
+        let hue = settings.tints.hue(base_color);
         let tinted = |tint: f32| Spectrum::splat(1.0 - tint) + hue * tint;
+        let diffuse = (1.0 - metallic) * (1.0 - settings.spec_trans);
+        let (sheen_share, tint, share_tinted) = match settings.tints {
+            Tints::Brightest => (diffuse, tinted(specular_tint), 1.0),
+            Tints::Luminance => (1.0 - metallic, hue, specular_tint),
+        };
         let aspect = (1.0 - 0.9 * settings.anisotropic).sqrt();
         let alpha = |scale: f32| (roughness * roughness * scale).max(Ggx::MIN_ALPHA);
         Self {
             base_color,
-            sheen: tinted(sheen_tint) * sheen,
-            tint: tinted(specular_tint),
+            sheen: tinted(sheen_tint) * (sheen * sheen_share),
+            tint,
+            tinted: share_tinted,
+            tints: settings.tints,
             metallic,
             subsurface: settings.subsurface,
             roughness,
             clearcoat: 0.25 * settings.clearcoat,
             clearcoat_alpha: 0.1 + (0.001 - 0.1) * settings.clearcoat_gloss,
             f0: fresnel_dielectric(1.0, eta).reflected,
-            diffuse: (1.0 - metallic) * (1.0 - settings.spec_trans),
+            diffuse,
             glass: (1.0 - metallic) * settings.spec_trans,
             eta,
             ggx: Ggx::new(alpha(1.0 / aspect), alpha(aspect)),
@@ -125,7 +134,7 @@ impl Principled {
         let rising = |f0: f32| f0 + (1.0 - f0) * fresnel;
         let dielectric = self.f0.max(0.04);
         let f0 = dielectric + self.metallic * (self.base_color.max_component() - dielectric).max(0.0);
-        let diffuse = self.diffuse * (self.base_color.max_component() + 0.2 * self.sheen.max_component());
+        let diffuse = self.diffuse * self.base_color.max_component() + 0.2 * self.sheen.max_component();
         let specular = (1.0 - self.glass) * rising(f0);
         let clearcoat = self.clearcoat * rising(0.04);
         let sum = diffuse + specular + clearcoat + self.glass;
@@ -133,7 +142,7 @@ impl Principled {
         Choice { diffuse, specular, clearcoat, glass }
     }
 
-    /// f_diffuse [Burley12, section 5.3], without sheen's factor of base_color.
+    /// f_diffuse [Burley12, section 5.3] and sheen, with their shares of the surface.
     #[inline]
     fn diffuse_value(&self, cos_o: f32, cos_i: f32, cos_d: f32) -> Spectrum {
         let (fresnel_o, fresnel_i) = (schlick(cos_o), schlick(cos_i));
@@ -143,17 +152,34 @@ impl Principled {
         let retro = lerp(grazing, fresnel_o) * lerp(grazing, fresnel_i);
         let flat = lerp(grazing_subsurface, fresnel_o) * lerp(grazing_subsurface, fresnel_i);
         let subsurface = 1.25 * (flat * (1.0 / (cos_o + cos_i) - 0.5) + 0.5);
-        self.base_color * (INV_PI * (retro + self.subsurface * (subsurface - retro))) + self.sheen * schlick(cos_d)
+        self.base_color * (INV_PI * self.diffuse * (retro + self.subsurface * (subsurface - retro)))
+            + self.sheen * schlick(cos_d)
     }
 
-    /// F of the specular lobe without glass, given F of an untinted dielectric.
+    /// F of the specular lobe, given F of an untinted dielectric.
     #[inline]
     fn specular_fresnel(&self, cos_d: f32, dielectric: f32) -> Spectrum {
         let rising = |f0: Spectrum, x: f32| f0 + (Spectrum::ONE - f0) * x;
-        // How far F has risen from F₀ to 1; of a high index it first falls.
-        let risen = (dielectric - self.f0) / (1.0 - self.f0);
-        let tinted = rising(self.tint * self.f0, risen).max(Spectrum::ZERO);
-        rising(self.base_color, schlick(cos_d)) * self.metallic + tinted * self.diffuse
+        let metal = rising(self.base_color, schlick(cos_d)) * self.metallic;
+        match self.tints {
+            Tints::Brightest => {
+                // How far F has risen from F₀ to 1; of a high index it first falls.
+                let risen = (dielectric - self.f0) / (1.0 - self.f0);
+                let tinted = rising(self.tint * self.f0, risen).max(Spectrum::ZERO);
+                metal + tinted * self.diffuse + Spectrum::splat(self.glass * dielectric)
+            }
+            Tints::Luminance => {
+                let tinted = rising(self.tint * self.f0, schlick(cosine_outside(cos_d, self.eta)));
+                let untinted = Spectrum::splat((1.0 - self.tinted) * dielectric);
+                metal + (untinted + tinted * self.tinted) * (self.diffuse + self.glass)
+            }
+        }
+    }
+
+    /// Whether it has a diffuse lobe, of which sheen is a part.
+    #[inline]
+    fn is_diffuse(&self) -> bool {
+        self.diffuse > 0.0 || self.sheen.max_component() > 0.0
     }
 
     /// Reflection outside, of directions above the surface with the half vector `m`.
@@ -166,7 +192,7 @@ impl Principled {
         let cos_d = o_m.min(1.0);
         let dielectric = fresnel_dielectric(cos_d, self.eta).reflected;
         let choice = self.choice(wo.z);
-        let mut glossy = (self.specular_fresnel(cos_d, dielectric) + Spectrum::splat(self.glass * dielectric)) * facets;
+        let mut glossy = self.specular_fresnel(cos_d, dielectric) * facets;
         let mut pdf = visible * (choice.specular + choice.glass * dielectric);
         if self.clearcoat > 0.0 {
             let d = gtr1(self.clearcoat_alpha, m);
@@ -175,8 +201,8 @@ impl Principled {
             pdf += choice.clearcoat * d * m.z / (4.0 * o_m);
         }
         let mut diffuse = Spectrum::ZERO;
-        if self.diffuse > 0.0 {
-            diffuse = self.diffuse_value(wo.z, wi.z, cos_d) * self.diffuse;
+        if self.is_diffuse() {
+            diffuse = self.diffuse_value(wo.z, wi.z, cos_d);
             pdf += choice.diffuse * cosine_hemisphere_pdf(wi.z);
         }
         Values { diffuse, glossy, transmitted: Spectrum::ZERO, pdf }
@@ -219,15 +245,22 @@ impl Principled {
     }
 }
 
+/// The cosine on the side of the lower index, 0 where all is reflected: what Schlick's approximation is of.
+#[inline]
+fn cosine_outside(cos: f32, eta: f32) -> f32 {
+    if eta >= 1.0 { cos } else { (1.0 - (1.0 - cos * cos) / (eta * eta)).max(0.0).sqrt() }
+}
+
 impl BsdfModel for Principled {
     const NAME: &'static str = "principled";
     const ABOUT: &'static str =
         "Disney's principled model: plastic, metal, cloth, lacquer and glass by a dozen sliders";
     const PARAMETERS: &'static [Parameter] = PrincipledSettings::PARAMETERS;
-    /// The largest over the parameters is 2.69, at grazing angles of a white and sheeny surface of roughness 1 under clearcoat
-    /// in a medium of a hundred times its index, which itself reflects all (`principled/tests.rs` measures it). With an index
-    /// of 1.5 it is 1.79.
-    const MAX_ALBEDO: f32 = 2.75;
+    /// The largest over the parameters is 15.34, of a deep blue, 13.9 times as bright as its luminance, all whose highlight and sheen are
+    /// tinted by [`Tints::Luminance`], in a medium of a hundredth of its index (`principled/tests.rs` measures it); with an index of 1.5 it
+    /// is 3.42. By [`Tints::Brightest`] they are 2.69, at grazing angles of a white and sheeny surface of roughness 1 under clearcoat, and
+    /// 1.79.
+    const MAX_ALBEDO: f32 = 15.5;
 
     fn from_arguments(arguments: &Arguments) -> Result<Bsdf, Misfit> {
         let settings = PrincipledSettings::of(arguments);
@@ -305,7 +338,7 @@ impl BsdfModel for Principled {
     #[inline]
     fn lobes(&self) -> Lobes {
         let mut lobes = Lobes::GLOSSY_REFLECTION;
-        if self.diffuse > 0.0 {
+        if self.is_diffuse() {
             lobes |= Lobes::DIFFUSE_REFLECTION;
         }
         if self.glass > 0.0 {
@@ -370,6 +403,15 @@ impl BsdfModel for Principled {
                 clearcoat: 1.0,
                 masking: Masking::Separable,
                 clearcoat_masking: ClearcoatMasking::Shadows,
+                ..white
+            }),
+            Self::new(PrincipledSettings {
+                base_color: violet,
+                specular_tint: 0.7,
+                sheen: 0.3,
+                spec_trans: 0.4,
+                eta: 0.8,
+                tints: Tints::Luminance,
                 ..white
             }),
             // Of so high an index F falls from 0.67 to 0.48 before it rises.

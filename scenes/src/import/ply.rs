@@ -92,7 +92,7 @@ pub fn scene(path: &Path, name: &str, size: Option<(u32, u32)>) -> Result<(Scene
 /// Reads the bytes of a file.
 pub(crate) fn read(bytes: &[u8]) -> Result<Model, SceneError> {
     let header = Header::read(bytes)?;
-    let mut body = Body { rest: &bytes[header.length..], format: header.format };
+    let mut body = Body::behind(&header, bytes);
     let at = |left: usize| progress::report(Activity::Reading, 1.0 - left as f64 / bytes.len() as f64);
     let mut mesh = MeshData::default();
     for element in &header.elements {
@@ -185,7 +185,7 @@ fn read_run(element: &Element, layout: &Layout, range: Range<u64>, mut body: Bod
             }
             Ok(())
         };
-        vertex().map_err(|fault| element.fault(index, fault))?;
+        vertex().map_err(|fault| element.fault(index, &body, fault))?;
         let [x, y, z, nx, ny, nz, u, v, r, g, b] = values;
         mesh.positions.push(DVec3::new(x, y, z));
         if layout.normals {
@@ -249,7 +249,7 @@ fn read_lists(
                 }
                 add(&corners, positions, &mut run)
             };
-            face().map_err(|fault| element.fault(index, fault))?;
+            face().map_err(|fault| element.fault(index, &body, fault))?;
         }
         Ok(run)
     };

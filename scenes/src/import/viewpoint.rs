@@ -44,8 +44,18 @@ pub fn furnish(
 /// Says that a camera was chosen, and an environment if nothing emits.
 pub fn tell(camera: &CameraSettings, emits: bool, notes: &mut Notes, place: &Place) {
     if !emits {
-        notes.add(NoteKind::Added, place, "nothing in the file emits: it is lit by an environment of radiance 1");
+        tell_light(notes, place);
     }
+    tell_camera(camera, notes, place);
+}
+
+/// Says that the scene was given an environment.
+pub fn tell_light(notes: &mut Notes, place: &Place) {
+    notes.add(NoteKind::Added, place, "nothing in the file emits: it is lit by an environment of radiance 1");
+}
+
+/// Says that a camera was chosen.
+pub fn tell_camera(camera: &CameraSettings, notes: &mut Notes, place: &Place) {
     let at = camera.position;
     let text = format!("the file has no camera: one was placed at ({:.4}, {:.4}, {:.4})", at.x, at.y, at.z);
     notes.add(NoteKind::Added, place, text);

@@ -35,6 +35,30 @@ pub struct PrincipledSettings {
     pub masking: Masking,
     /// How those of the clear coat do.
     pub clearcoat_masking: ClearcoatMasking,
+    /// What tints are.
+    pub tints: Tints,
+}
+
+/// What the hue of the surface is, that the dielectric and the sheen may take.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tints {
+    /// Its colour with a largest channel of 1. F of what is tinted rises as Fresnel's does, and glass is not tinted.
+    #[default]
+    Brightest,
+    /// Its colour with a luminance of 1 `[Burley12]`, of which saturated colours have channels far above 1. F of what is tinted is Schlick's,
+    /// and glass takes tint and sheen too, as in Mitsuba.
+    Luminance,
+}
+
+impl Tints {
+    /// The hue of a colour; of black it is white.
+    pub fn hue(self, colour: Spectrum) -> Spectrum {
+        let one = match self {
+            Self::Brightest => colour.max_component(),
+            Self::Luminance => colour.luminance(),
+        };
+        if one > 0.0 { colour / one } else { Spectrum::ONE }
+    }
 }
 
 /// What stands for the masking of the clear coat's facets, G of α = 0.25.
@@ -64,6 +88,7 @@ impl Default for PrincipledSettings {
             spec_trans: 0.0,
             masking: Masking::default(),
             clearcoat_masking: ClearcoatMasking::default(),
+            tints: Tints::default(),
         }
     }
 }
@@ -89,11 +114,16 @@ impl PrincipledSettings {
             "shadowing of the clear coat over 4 cos cos, or alone",
             &["over_cosines", "shadows"],
         ),
+        Parameter::choice(
+            "tints",
+            "hue by its largest channel, or by its luminance as published, which may give back far more than comes in",
+            &["brightest", "luminance"],
+        ),
     ];
 
     /// What these arguments of [`PARAMETERS`](Self::PARAMETERS) say.
     pub fn of(arguments: &Arguments) -> Self {
-        let [base_color, numbers @ .., hiding, clearcoat_hiding] = arguments.all::<14>();
+        let [base_color, numbers @ .., hiding, clearcoat_hiding, tints] = arguments.all::<15>();
         let [
             metallic,
             subsurface,
@@ -122,6 +152,7 @@ impl PrincipledSettings {
             spec_trans,
             masking: masking(hiding),
             clearcoat_masking: [ClearcoatMasking::OverCosines, ClearcoatMasking::Shadows][clearcoat_hiding.choice()],
+            tints: [Tints::Brightest, Tints::Luminance][tints.choice()],
         }
     }
 }

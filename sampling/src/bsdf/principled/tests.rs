@@ -19,9 +19,13 @@ fn albedo(model: &Principled, cos: f32) -> f64 {
     f64::from(sum.max_component())
 }
 
-/// The largest albedo of white surfaces of this index, over the parameters and angles at which it may be largest.
-fn largest_albedo(eta: f32) -> f64 {
-    let white = PrincipledSettings { base_color: Spectrum::ONE, eta, ..Default::default() };
+/// White surfaces of this index.
+fn white(eta: f32) -> PrincipledSettings {
+    PrincipledSettings { base_color: Spectrum::ONE, eta, ..Default::default() }
+}
+
+/// The largest albedo of such surfaces, over the other parameters and the angles at which it may be largest.
+fn largest_albedo(of: PrincipledSettings) -> f64 {
     let mut largest = 0.0_f64;
     for (roughness, subsurface, gain, clearcoat_gloss) in [0.0, 0.6, 1.0]
         .into_iter()
@@ -30,7 +34,7 @@ fn largest_albedo(eta: f32) -> f64 {
     {
         let (sheen, clearcoat) = (gain, gain);
         let model =
-            Principled::new(PrincipledSettings { roughness, subsurface, sheen, clearcoat, clearcoat_gloss, ..white });
+            Principled::new(PrincipledSettings { roughness, subsurface, sheen, clearcoat, clearcoat_gloss, ..of });
         for cos in [1.0, 0.5, 0.2, 0.1, 0.05, 0.01, 1e-3, 1e-4] {
             largest = largest.max(albedo(&model, cos));
         }
@@ -40,10 +44,23 @@ fn largest_albedo(eta: f32) -> f64 {
 
 #[test]
 fn the_sum_of_lobes_exceeds_one_by_no_more_than_is_said() {
-    let (usual, extreme) = (largest_albedo(1.5), largest_albedo(0.01));
+    let (usual, extreme) = (largest_albedo(white(1.5)), largest_albedo(white(0.01)));
     println!("{usual} {extreme}");
     assert!(usual > 1.5 && usual < 2.0, "{usual}");
-    assert!(extreme > 2.6 && extreme < f64::from(Principled::MAX_ALBEDO), "{extreme}");
+    assert!(extreme > 2.6 && extreme < 2.75, "{extreme}");
+    // Of the colour with the least luminance.
+    let blue = PrincipledSettings {
+        base_color: Spectrum::new(0.0, 0.0, 1.0),
+        specular_tint: 1.0,
+        sheen_tint: 1.0,
+        tints: Tints::Luminance,
+        ..white(1.5)
+    };
+    let usual = largest_albedo(blue);
+    let extreme = [0.01, 100.0].map(|eta| largest_albedo(PrincipledSettings { eta, ..blue }));
+    println!("{usual} {extreme:?}");
+    let extreme = extreme[0].max(extreme[1]);
+    assert!(usual < extreme && extreme > 15.0 && extreme < f64::from(Principled::MAX_ALBEDO), "{extreme}");
 }
 
 #[test]

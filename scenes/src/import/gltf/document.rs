@@ -1,5 +1,6 @@
 //! The JSON of a file: lists of objects that are read one by one, each with its line.
 
+use std::borrow::Cow;
 use std::cell::Cell;
 use std::path::Path;
 use std::sync::Arc;
@@ -7,6 +8,7 @@ use std::sync::Arc;
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
+use super::keys::{self, Unknown};
 use super::schema::{Kind, Root};
 use crate::error::SceneError;
 use crate::import::translation::Place;
@@ -104,9 +106,22 @@ impl<'t> Document<'t> {
         Err(self.error(item, message, "let large parts be named less often"))
     }
 
+    /// The names in it that are not known, each with its place.
+    pub fn unknown(&self) -> impl Iterator<Item = (Place, Unknown<'t>)> {
+        keys::unknown(self.text).into_iter().map(|unknown| match unknown.key {
+            Cow::Borrowed(key) => (self.place_in_text(key), unknown),
+            Cow::Owned(_) => (self.place(), unknown),
+        })
+    }
+
     /// Where an object begins.
     pub fn place_of(&self, raw: &RawValue) -> Place {
-        let offset = (raw.get().as_ptr() as usize).saturating_sub(self.text.as_ptr() as usize);
+        self.place_in_text(raw.get())
+    }
+
+    /// Where a part of the text begins.
+    fn place_in_text(&self, part: &str) -> Place {
+        let offset = (part.as_ptr() as usize).saturating_sub(self.text.as_ptr() as usize);
         let line = self.lines.partition_point(|&begin| begin <= offset).max(1);
         Place { file: self.file.clone(), line }
     }

@@ -15,6 +15,7 @@ mod container;
 mod context;
 mod document;
 mod image;
+mod keys;
 mod light;
 mod material;
 mod mesh;
@@ -34,11 +35,12 @@ use buffers::Asset;
 use container::Container;
 use context::Context;
 use document::Document;
+use keys::Unknown;
 use mesh::Meshes;
 
 use crate::builder::MeshData;
 use crate::error::SceneError;
-use crate::import::translation::{Lines, Place, SCENE_HEADER, Translation, quoted};
+use crate::import::translation::{Lines, Place, SCENE_HEADER, Translation, quoted, unknown};
 use crate::import::viewpoint;
 use crate::suggest::shown;
 
@@ -73,6 +75,10 @@ pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, Sc
     check(&document, &root)?;
     let asset = Asset::open(document, path.parent().unwrap_or(Path::new("")), container.binary)?;
     let mut context = Context::new(&asset, base, stem);
+    for (place, Unknown { key, of, valid }) in asset.document.unknown() {
+        let title = if of.is_empty() { "the file".to_string() } else { format!("`{of}`") };
+        context.approximate(&place, unknown(&format!("`{}` of {title}", shown(&key)), &key, valid));
+    }
     let (nodes, others) = node::placed(&asset)?;
     if others > 0 {
         context.ignore(&root, "other scenes than the file's first");
@@ -143,12 +149,13 @@ fn finish(path: &Path, camera: Option<Lines>, meshes: Meshes, mut context: Conte
     head.push(&root, format!("{SCENE_HEADER} {}.", name.escape_default()));
     head.key(&root, "title", quoted(&path.file_stem().unwrap_or_default().to_string_lossy()));
     let camera = camera.unwrap_or_else(|| {
-        context.ignore(&root, "the file has no camera: one is placed where it shows the meshes");
         let kept: Vec<&MeshData> = meshes.kept.iter().collect();
-        viewpoint::table(&viewpoint::choose(&kept, context.emits, (256, 256)), &root)
+        let camera = viewpoint::choose(&kept, context.emits, (256, 256));
+        viewpoint::tell_camera(&camera, &mut context.notes, &root);
+        viewpoint::table(&camera, &root)
     });
     if !context.emits {
-        context.ignore(&root, "nothing in the file emits: it is lit by an environment of radiance 1");
+        viewpoint::tell_light(&mut context.notes, &root);
         context.emitters.table(&root, "[[emitters]]");
         context.emitters.key(&root, "type", quoted("constant"));
         context.emitters.key(&root, "radiance", "1.0");

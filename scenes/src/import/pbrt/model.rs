@@ -6,10 +6,9 @@ use super::context::Context;
 use super::material::{Description, Value};
 use super::parameters::Parameters;
 use super::parser::Values;
-use super::spectrum::{self, Quantity};
+use super::spectrum::{COPPER, Quantity};
 use super::texture::{self, Texture};
 use crate::error::SceneError;
-use crate::import::translation::NoteKind;
 
 /// The width below which pbrt takes a surface for smooth.
 const SMOOTH: f64 = 1e-3;
@@ -261,16 +260,11 @@ fn conductor(
     }
     let (eta, k) = (format!("{prefix}eta"), format!("{prefix}k"));
     let (eta, k) = (parameters.find(&eta), parameters.find(&k));
-    if let Some(metal) = spectrum::metal(eta, k) {
-        let text = format!("the metal is our {metal}, whose reflectance differs by some 0.02");
-        context.note(NoteKind::Approximated, place, text);
-        return Ok(bare.with("metal", Value::word(metal)));
-    }
     let mut part = |parameter: Option<&_>, copper: [f64; 3]| match parameter {
         Some(parameter) => texture::read(parameter, Quantity::Number, context),
         None => Ok(Texture::Constant(copper)),
     };
-    let (eta, k) = (part(eta, [0.214, 1.05, 1.16])?, part(k, [3.67, 2.59, 2.45])?);
+    let (eta, k) = (part(eta, COPPER[0])?, part(k, COPPER[1])?);
     Ok(bare.with("eta", eta).with("k", k))
 }
 

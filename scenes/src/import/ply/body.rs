@@ -1,6 +1,6 @@
 //! The numbers behind the header of a PLY file.
 
-use super::header::{Element, Format, Kind, Scalar};
+use super::header::{Element, Format, Header, Kind, Scalar};
 use crate::error::SceneError;
 use rayon::prelude::*;
 
@@ -25,14 +25,27 @@ impl Fault {
 /// Elements that are read in one go, by one thread.
 const RUN: u64 = 1 << 14;
 
-/// What is left of a file.
+/// A file that is being read.
 #[derive(Clone, Copy)]
 pub struct Body<'a> {
+    whole: &'a [u8],
+    /// What is left of it.
     pub rest: &'a [u8],
-    pub format: Format,
+    format: Format,
 }
 
 impl<'a> Body<'a> {
+    /// What lies behind the header of a file.
+    pub fn behind(header: &Header, whole: &'a [u8]) -> Self {
+        Self { whole, rest: &whole[header.length..], format: header.format }
+    }
+
+    /// The line of what was read last, of a file that has lines.
+    pub fn line(&self) -> Option<usize> {
+        let read = &self.whole[..self.whole.len() - self.rest.len()];
+        (self.format == Format::Ascii).then(|| 1 + read.iter().filter(|&&byte| byte == b'\n').count())
+    }
+
     /// Says if the rest is too short for all of an element, however short its lists are.
     pub fn check_size(&self, element: &Element) -> Result<(), SceneError> {
         let least = |kind: Kind| match (self.format, kind) {
@@ -102,7 +115,7 @@ impl<'a> Body<'a> {
         }
         for index in range {
             let mut values = element.properties.iter().map(|property| property.kind);
-            values.try_for_each(|kind| self.skip_value(kind)).map_err(|fault| element.fault(index, fault))?;
+            values.try_for_each(|kind| self.skip_value(kind)).map_err(|fault| element.fault(index, self, fault))?;
         }
         Ok(())
     }

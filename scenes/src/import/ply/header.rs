@@ -1,6 +1,6 @@
 //! What the header of a PLY file declares.
 
-use super::body::Fault;
+use super::body::{Body, Fault};
 use crate::error::SceneError;
 use crate::suggest::did_you_mean;
 
@@ -114,9 +114,13 @@ impl Element {
         SceneError::invalid(format!("element `{}`: {message}", self.name), mend).at_line(self.line)
     }
 
-    /// An error about one of them.
-    pub fn fault(&self, index: u64, fault: Fault) -> SceneError {
-        SceneError::invalid(format!("{} {index}: {}", self.name, fault.message), fault.mend)
+    /// An error about one of them, which `body` was reading.
+    pub fn fault(&self, index: u64, body: &Body, fault: Fault) -> SceneError {
+        let error = SceneError::invalid(format!("{} {index}: {}", self.name, fault.message), fault.mend);
+        match body.line() {
+            Some(line) => error.at_line(line),
+            None => error,
+        }
     }
 }
 

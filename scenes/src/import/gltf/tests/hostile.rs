@@ -2,6 +2,7 @@
 
 use proptest::prelude::*;
 
+use super::super::document::Document;
 use super::*;
 
 /// The error of a triangle whose file has been changed.
@@ -331,4 +332,44 @@ proptest! {
         let end = (from + length).min(bytes.len());
         survives(&[&bytes[..from], &bytes[end..]].concat());
     }
+}
+
+#[test]
+fn names_that_are_not_known_are_told_with_their_line() {
+    let text = json!({
+        "asset": { "version": "2.0", "extras": { "any": { "thing": 1 } } },
+        "extensionsUsed": ["KHR_materials_clearcoat", "MY_own"],
+        "materials": [{
+            "pbrMetallicRoughness": { "baseColorFactr": [1, 0, 0, 1] },
+            "baseColorFactor": [1, 0, 0, 1],
+            "extensions": { "KHR_materials_clearcoat": { "clearCoatFactor": 1.0 }, "MY_own": { "zzz": 1 } },
+        }],
+        "animations": [{ "samplers": [{ "input": 0 }] }],
+        "node\n": [],
+    });
+    // One line for each key.
+    let text = serde_json::to_string_pretty(&text).unwrap();
+    let line =
+        |key: &str| text.lines().position(|line| line.trim_start().starts_with(&format!("\"{key}\""))).unwrap() + 1;
+    let document = Document::read(Path::new("a.gltf"), &text).unwrap();
+    let mut found: Vec<_> = document.unknown().map(|(place, unknown)| (place.line, unknown.key.to_string())).collect();
+    found.sort();
+    let mut expected =
+        ["baseColorFactr", "baseColorFactor", "clearCoatFactor"].map(|key| (line(key), key.to_string())).to_vec();
+    // What is written with escapes is told of the file.
+    expected.push((1, "node\n".to_string()));
+    expected.sort();
+    assert_eq!(found, expected);
+
+    let mut fixture = Fixture::made_of(json!({ "pbrMetallicRoughness": { "baseColorFactr": [1, 0, 0, 1] } }));
+    fixture.json["nodes"][0]["scal"] = json!([1, 1, 1]);
+    let notes = fixture.translated().notes;
+    let told: Vec<String> =
+        notes.iter().map(|note| note.to_string()).filter(|note| note.contains("not known")).collect();
+    let expected = [
+        "a.glb:1: approximated: `baseColorFactr` of `pbrMetallicRoughness` is not known, and is left out: did you mean `baseColorFactor`?",
+        "a.glb:1: approximated: `scal` of `nodes` is not known, and is left out: did you mean `scale`?",
+    ];
+    assert_eq!(told.len(), 2, "{told:?}");
+    expected.iter().for_each(|text| assert!(told.iter().any(|told| told.ends_with(text)), "{told:?}"));
 }
