@@ -109,11 +109,15 @@ fn agreement_in_words(rows: &[AgreementRow]) -> String {
         return "Nothing could be decided: no two methods carry the same light here, or too little of it arrived."
             .to_owned();
     }
-    let mut text = format!(
-        "No two methods differ in {}: in each, a bias of {:.2} % of its mean would have been found nine times out of ten by the sharpest pair.",
-        named(&tested),
-        100.0 * most
-    );
+    let mut text = if most > 0.0 {
+        format!(
+            "No two methods differ in {}: in each, a bias of {:.2} % of its mean would have been found nine times out of ten by the sharpest pair.",
+            named(&tested),
+            100.0 * most
+        )
+    } else {
+        format!("No two methods differ in {}: they gave the same values.", named(&tested))
+    };
     text += &hidden_in_words(rows, &layers, most);
     if !open.is_empty() {
         text += &format!(" Nothing could be decided in {}.", named(&open));
@@ -184,6 +188,7 @@ pub(super) fn in_words(f: &Findings) -> String {
 fn cell(pair: &Pair) -> String {
     match pair.verdict {
         Verdict::Agree => pair.detectable_bias.map_or("—".to_owned(), |bias| format!("{:.2} %", 100.0 * bias)),
+        Verdict::Equal if pair.mean_a == 0.0 => "dark".to_owned(),
         Verdict::Equal => "equal".to_owned(),
         Verdict::Differ => "DIFFER".to_owned(),
         Verdict::Inconclusive => "?".to_owned(),
@@ -232,6 +237,8 @@ mod tests {
             text.contains("orders 0 to 2: in each, a bias of 1.00 %") && text.contains("decided in order 3"),
             "{text}"
         );
+        let equal = sentence(&rows[..1], &BTreeMap::new());
+        assert!(equal.starts_with("No two methods differ in order 0: they gave the same values."), "{equal}");
         let open = sentence(&rows[4..], &BTreeMap::new());
         assert!(open.starts_with("Nothing could be decided"), "{open}");
     }

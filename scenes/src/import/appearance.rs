@@ -22,7 +22,8 @@
 use sampling::bsdf::{Bsdf, Dielectric, Ggx, Lambert, Mirror, RoughConductor};
 use sampling::math::Spectrum;
 use sampling::vec2;
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::mtl::{Map, Statements};
@@ -100,8 +101,8 @@ impl Appearance {
         map.or(self.emission.map(Texture::Constant)).map(|radiance| Emission { radiance, two_sided: false })
     }
 
-    /// Applies the rule; images are looked for in `folder`.
-    pub fn of(stated: &Statements, folder: &Path) -> Self {
+    /// Applies the rule.
+    pub fn of(stated: &Statements, images: &mut Images) -> Self {
         let mut told = Told::default();
         let bsdf = scattering(stated, &mut told);
         for (keyword, rest) in &stated.ignored {
@@ -114,7 +115,7 @@ impl Appearance {
         let glass = is_glass(stated);
         let opacity = stated.opacity.filter(|opacity| !glass && *opacity < 1.0).map(|opacity| opacity.max(0.0) as f32);
         let emission = stated.emission.map(spectrum).filter(|emission| !emission.is_zero());
-        let maps = maps(stated, &bsdf, folder, &mut told);
+        let maps = maps(stated, &bsdf, images, &mut told);
         Self { bsdf, opacity, emission, maps, notes: told.0 }
     }
 }
@@ -129,7 +130,7 @@ impl Told {
     }
 }
 
-fn maps(stated: &Statements, bsdf: &Bsdf, folder: &Path, told: &mut Told) -> Maps {
+fn maps(stated: &Statements, bsdf: &Bsdf, images: &mut Images, told: &mut Told) -> Maps {
     let mut maps = Maps::default();
     let mut open = |keyword: &str, map: &Option<Map>, reading: Reading| -> Option<Texture> {
         let map = map.as_ref()?;
@@ -137,7 +138,7 @@ fn maps(stated: &Statements, bsdf: &Bsdf, folder: &Path, told: &mut Told) -> Map
             told.approximated(format!("the options `{}` of its {keyword} are not read", map.ignored));
         }
         let left_out = |message| told.approximated(format!("its {keyword} `{}` is left out: {message}", map.file));
-        image(map, folder, reading).map_err(left_out).ok()
+        texture(map, reading, images).map_err(left_out).ok()
     };
     let alone = |colour: Spectrum| if colour.is_zero() { Spectrum::ONE } else { colour };
     let matte = if let Bsdf::Lambert(lambert) = bsdf { Some(alone(lambert.albedo)) } else { None };
@@ -179,12 +180,33 @@ enum Reading {
     Normals,
 }
 
-fn image(map: &Map, folder: &Path, reading: Reading) -> Result<Texture, String> {
-    let path = folder.join(map.file.replace('\\', "/"));
-    let bytes = crate::file::read(&path).map_err(|error| error.to_string())?;
+/// The images that the materials of a file name, each read once.
+#[derive(Debug, Default)]
+pub struct Images {
+    folder: PathBuf,
+    known: BTreeMap<(PathBuf, Encoding), Result<Arc<Image>, String>>,
+}
+
+impl Images {
+    /// They are looked for in `folder`.
+    pub fn within(folder: &Path) -> Self {
+        Self { folder: folder.to_path_buf(), known: BTreeMap::new() }
+    }
+
+    fn get(&mut self, file: &str, encoding: Encoding) -> Result<Arc<Image>, String> {
+        let path = self.folder.join(file.replace('\\', "/"));
+        let read = |path: &Path| {
+            let bytes = crate::file::read(path).map_err(|error| error.to_string())?;
+            Image::decode(&bytes, None, encoding).map(Arc::new)
+        };
+        self.known.entry((path, encoding)).or_insert_with_key(|(path, _)| read(path)).clone()
+    }
+}
+
+fn texture(map: &Map, reading: Reading, images: &mut Images) -> Result<Texture, String> {
     let encoding =
         if matches!(reading, Reading::Share(_) | Reading::Colour(_)) { Encoding::Srgb } else { Encoding::Linear };
-    let image = Arc::new(Image::decode(&bytes, None, encoding)?);
+    let image = images.get(&map.file, encoding)?;
     let named = map.channel.and_then(|channel| match channel {
         'r' => Some(Channel::One(0)),
         'g' => Some(Channel::One(1)),

@@ -14,7 +14,7 @@
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use super::appearance::Appearance;
+use super::appearance::{Appearance, Images};
 use super::faces::{self, Faces};
 use super::source::{self, Source};
 use super::translation::{self, Lines, Note, NoteKind, Notes, Place, SCENE_HEADER, Translation};
@@ -205,6 +205,7 @@ fn read_libraries(path: &Path, source: &Source, notes: &mut Notes) -> Result<Vec
         for file in files {
             let unreadable = |error| SceneError::unreadable(&file, error, "make the material library readable");
             let bytes = crate::file::read(&file).map_err(unreadable)?;
+            let mut images = Images::within(file.parent().unwrap_or(Path::new("")));
             for statements in mtl::parse(&file, &source::decode(&file, &bytes)?)? {
                 if !source.materials.contains_key(&statements.name) {
                     continue;
@@ -215,7 +216,7 @@ fn read_libraries(path: &Path, source: &Source, notes: &mut Notes) -> Result<Vec
                     notes.add(NoteKind::Approximated, &place, text);
                     continue;
                 }
-                let appearance = Appearance::of(&statements, file.parent().unwrap_or(Path::new("")));
+                let appearance = Appearance::of(&statements, &mut images);
                 let title = format!("material `{}`", statements.name);
                 notes.add(NoteKind::Mapped, &place, format!("{title} becomes `{}`", appearance.bsdf.name()));
                 for (kind, text) in &appearance.notes {

@@ -1,14 +1,16 @@
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use sampling::bsdf::Bsdf;
 use sampling::math::Spectrum;
 use tempfile::TempDir;
 
-use super::appearance::Appearance;
+use super::appearance::{Appearance, Images};
 use super::mtl::{self, Statements};
 use super::obj::Model;
 use super::translation::{Note, NoteKind};
 use crate::load::{LoadOptions, load};
+use crate::texture::Texture;
 
 /// A folder with these files.
 fn folder(files: &[(&str, &str)]) -> TempDir {
@@ -36,7 +38,7 @@ const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 
 fn appearance(statements: &str) -> Appearance {
     let materials = mtl::parse(Path::new("a.mtl"), &format!("newmtl a\n{statements}")).unwrap();
-    Appearance::of(&materials[0], Path::new(""))
+    Appearance::of(&materials[0], &mut Images::default())
 }
 
 /// `name` of the model, and a word of each note.
@@ -110,7 +112,7 @@ fn the_rule_metal_and_matte() {
 fn the_rule_emission() {
     assert_eq!(appearance("Ke 17 12 4").emission, Some(Spectrum::new(17.0, 12.0, 4.0)));
     assert_eq!(appearance("Ke 0 0 0").emission, None);
-    assert_eq!(Appearance::of(&Statements::default(), Path::new("")).emission, None);
+    assert_eq!(Appearance::of(&Statements::default(), &mut Images::default()).emission, None);
 }
 
 #[test]
@@ -292,7 +294,7 @@ fn nothing_panics() {
         let _ = Model::read(&path, &mutate(&obj));
         let statements = String::from_utf8_lossy(&mutate(mtl)).into_owned();
         if let Ok(materials) = mtl::parse(&path, &statements) {
-            materials.iter().for_each(|material| drop(Appearance::of(material, Path::new(""))));
+            materials.iter().for_each(|material| drop(Appearance::of(material, &mut Images::default())));
         }
     }
 }
@@ -336,7 +338,7 @@ fn maps_are_read_on_meshes_with_texture_coordinates() {
     png(&folder, "n.png", [128, 128, 255, 255]);
     let model = open(&folder, "a.obj");
     let of = |name: &str| &model.appearances.iter().find(|(known, _)| known == name).unwrap().1;
-    let at = |texture: &crate::texture::Texture| {
+    let at = |texture: &Texture| {
         let at = crate::texture::SurfaceCoordinates::of(sampling::Vec3::ZERO);
         texture.at(&at).to_array()
     };
@@ -348,6 +350,12 @@ fn maps_are_read_on_meshes_with_texture_coordinates() {
     near(at(leaf.maps.opacity.as_ref().unwrap()), [0.2; 3]);
     near(at(leaf.maps.relief.as_ref().unwrap().map.texture()), [2.0 * 0.71516; 3]);
     near(at(lamp.maps.emission.as_ref().unwrap()), [2.0, 0.0, 0.0]);
+    // Two materials that name an image have one.
+    let image = |texture: &Option<Texture>| match texture {
+        Some(Texture::Image(texture)) => texture.image.clone(),
+        other => panic!("{other:?}"),
+    };
+    assert!(Arc::ptr_eq(&image(&leaf.maps.albedo), &image(&lamp.maps.emission)));
     assert!(matches!(lamp.maps.relief.as_ref().unwrap().map, crate::relief::ReliefMap::Normals(_)));
     let told: Vec<String> = model.notes.all().iter().map(|note| format!("{}: {}", note.kind, note.text)).collect();
     let expected = [

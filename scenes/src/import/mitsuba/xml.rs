@@ -125,7 +125,7 @@ impl Reader {
         })?;
         check_attributes(path, text)?;
         let options = ParsingOptions { allow_dtd: false, nodes_limit: MAX_NODES, ..ParsingOptions::default() };
-        let document = Document::parse_with_options(text, options).map_err(|error| syntax(path, &error))?;
+        let document = Document::parse_with_options(text, options).map_err(|error| syntax(path, text, &error))?;
         let lines = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
         let root = document.root_element();
         let mut file = File { path: path.into(), version: 3, lines };
@@ -302,8 +302,13 @@ fn check_attributes(path: &Path, text: &str) -> Result<(), SceneError> {
     Ok(())
 }
 
-fn syntax(path: &Path, error: &roxmltree::Error) -> SceneError {
-    let line = error.pos().row as usize;
+/// What is wrong with the text of a file; what has no place is told of its end.
+fn syntax(path: &Path, text: &str, error: &roxmltree::Error) -> SceneError {
+    use roxmltree::Error::{NoRootNode, UnclosedRootNode, UnexpectedEndOfStream};
+    let line = match error {
+        NoRootNode | UnclosedRootNode | UnexpectedEndOfStream => text.lines().count(),
+        _ => error.pos().row as usize,
+    };
     let (message, mend) = match error {
         roxmltree::Error::DtdDetected => {
             ("the file declares a document type".to_string(), "remove `<!DOCTYPE …>` and its entities".to_string())
