@@ -1,13 +1,15 @@
 //! Faults that a renderer's programmer really makes, each with the test that must notice it.
 //!
 //! They exist only in a build with `--cfg mutate` (see `sampling::fault`), where this runs every named test with its fault
-//! injected and expects it to fail, and without any fault and expects it to pass:
+//! injected and expects it to fail, and without any fault and expects it to pass, and prints who killed what and the share killed in
+//! every module:
 //!
 //! ```text
-//! RUSTFLAGS="--cfg mutate" CARGO_TARGET_DIR=target/mutate cargo test faults
+//! RUSTFLAGS="--cfg mutate" CARGO_TARGET_DIR=target/mutate cargo test --test tests -- --nocapture faults
 //! ```
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 use std::process::Command;
 
 /// Name of the fault, and the test that kills it.
@@ -52,7 +54,63 @@ const FAULTS: &[(&str, &str)] = &[
     ("shares_of_lobes_forgotten", "parts::path_classes_add_up_and_are_the_same_for_all_methods"),
     ("merges_left_out_of_the_sum", "mis_weights::merges::weights_sum_to_one_where_vertices_are_merged"),
     ("covariance_dropped", "statistics::variances_and_covariances_are_those_of_the_replicates"),
+    ("masking_dropped", "bsdf_laws::no_light_is_gained"),
+    ("fresnel_missing_from_density", "bsdf_laws::weights_are_value_times_cosine_over_density"),
+    ("density_of_one_lobe", "bsdf_laws::weights_are_value_times_cosine_over_density"),
+    ("reciprocity_broken", "bsdf_laws::scattering_is_reciprocal"),
+    ("filter_weight_dropped", "splats::filters_weight_camera_samples_and_splats_alike"),
+    ("number_used_twice", "irradiance::polygon"),
+    ("vertices_share_their_numbers", "agreement::cornell_box"),
+    ("penumbra_forgotten", "irradiance::spot"),
+    ("cone_density_of_a_sphere", "distant_emitters::spot_in_a_room"),
+    ("image_upside_down", "textures::an_image_over_a_sphere"),
+    ("normals_by_the_matrix", "instances::instances_show_what_copies_show"),
+    ("tree_density_of_the_sibling", "distant_emitters::a_crowd_whatever_the_choice"),
+    ("start_not_moved", "shapes::rays_that_leave_a_surface_do_not_meet_it_again"),
+    ("segment_meets_its_end", "orders::furnace"),
+    ("disc_of_another_radius", "distant_emitters::parallel_light_in_a_room"),
+    ("density_of_both_sides", "emitters::two_sided_emitter"),
+    ("screens_cast_whole_shadows", "textures::screens_in_a_room"),
+    ("kernel_without_pi", "merging::in_the_cornell_box_it_is_bdpt"),
+    ("radius_does_not_fall", "merging::the_bias_is_the_kernels_and_falls_at_its_rate"),
+    ("state_that_stays_not_counted", "metropolis::in_a_sphere_of_known_light_replicates_short_and_long_have_the_truth"),
+    ("every_mutation_accepted", "metropolis::cornell_box"),
+    ("hidden_taken_for_seen", "radiosity::in_the_cornell_box_the_error_falls_with_the_elements"),
+    ("camera_connections_left_out_of_the_sum", "mis_weights::weights_of_all_strategies_sum_to_one"),
+    ("share_of_a_run_forgotten", "composite::any_runs_have_the_means_of_one_method"),
+    ("noise_of_the_reference_ignored", "coverage::synthetic::intervals_of_errors_cover_the_truth"),
+    ("normal_quantile_for_students", "coverage::synthetic::intervals_of_means_cover_the_truth"),
+    ("many_tests_taken_for_one", "false_alarms::families_of_a_scene_fail_as_often_as_they_say"),
 ];
+
+/// The module of every fault that the sources hold, a file or a folder of a crate.
+fn modules() -> BTreeMap<String, String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut found = BTreeMap::new();
+    for part in ["sampling", "scenes", "integrators", "experiments"] {
+        let source = root.join(part).join("src");
+        visit(&source, &mut |path, text| {
+            let inner = path.strip_prefix(&source).unwrap().with_extension("");
+            let module = inner.components().next().unwrap().as_os_str().to_string_lossy().into_owned();
+            for rest in text.split("fault!(").skip(1).filter(|_| module != "fault") {
+                let name = rest.trim_start().split('"').nth(1).unwrap().to_owned();
+                found.insert(name, format!("{part}::{module}"));
+            }
+        });
+    }
+    found
+}
+
+fn visit(folder: &Path, see: &mut impl FnMut(&Path, &str)) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            visit(&path, see);
+        } else if path.extension().is_some_and(|ending| ending == "rs") {
+            see(&path, &std::fs::read_to_string(&path).unwrap());
+        }
+    }
+}
 
 /// Whether a test of this binary passes with a fault injected, or with none; `None` if there is no such test.
 fn passes(test: &str, fault: Option<&str>) -> Option<bool> {
@@ -80,12 +138,28 @@ fn every_fault_is_killed_by_its_test() {
             None => wrong.push(format!("there is no test {test}")),
         }
     }
+    let modules = modules();
+    let mut shares: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
     for (fault, test) in FAULTS {
         let killed = passes(test, Some(fault)) == Some(false);
         println!("{fault}: {} {test}", if killed { "killed by" } else { "SURVIVES" });
         if !killed {
             wrong.push(format!("{fault} survives {test}"));
         }
+        let (dead, all) = shares.entry(&modules[*fault]).or_default();
+        (*dead, *all) = (*dead + usize::from(killed), *all + 1);
+    }
+    for (module, (dead, all)) in shares {
+        println!("{module:<26} {dead:>2} of {all:>2} killed");
     }
     assert!(wrong.is_empty(), "of {} faults:\n{}", FAULTS.len(), wrong.join("\n"));
+}
+
+#[test]
+fn every_fault_of_the_sources_has_a_test() {
+    let listed: BTreeSet<&str> = FAULTS.iter().map(|(fault, _)| *fault).collect();
+    let modules = modules();
+    let written: BTreeSet<&str> = modules.keys().map(String::as_str).collect();
+    assert_eq!(listed, written);
+    assert!(listed.len() >= 60, "{}", listed.len());
 }

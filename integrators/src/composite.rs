@@ -14,6 +14,7 @@ use crate::lpe::least_order;
 use crate::measurement::Layer;
 use crate::method::{Integrator, MethodError, Methods, Pass, Replicate};
 use crate::request::{Orders, Request};
+use sampling::fault;
 use scenes::{Needs, Scene};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
@@ -289,7 +290,12 @@ impl Composite {
         let run = |(i, (part, request)): (usize, (&'a Part, &'a Request))| {
             let samples = (all * part.run.share / shares).round().max(1.0);
             let replicate = Replicate { key: replicate.key.of_part(i as u32), samples: samples as u32, ..replicate };
-            AtWork { method: &*part.method, request, replicate, scale: (all / samples) as f32 }
+            AtWork {
+                method: &*part.method,
+                request,
+                replicate,
+                scale: fault!("share_of_a_run_forgotten", all / samples, 1.0) as f32,
+            }
         };
         busy.into_iter().map(run).collect()
     }

@@ -181,7 +181,7 @@ impl Strategies {
     /// The same strategies as rivals of that of `j` camera vertices, which is one of them.
     #[inline]
     fn up_to_camera(&self, camera: &[PathVertex], j: usize, delta: bool, fewer: Rivals) -> Rivals {
-        let possible = !delta && !camera[j - 1].delta;
+        let possible = !delta && !camera[j - 1].delta && fault!("camera_connections_left_out_of_the_sum", true, j > 1);
         let count = fault!("light_subpaths_counted_once", self.light_paths, 1.0);
         if possible { self.mis.join(fewer, count) } else { fewer }
     }

@@ -20,6 +20,7 @@ use crate::vertex::{PathVertex, Site};
 use rayon::prelude::*;
 use sampling::Vec3;
 use sampling::bsdf::Lobes;
+use sampling::fault;
 use sampling::sampler::{Sampler, Subpath};
 use scenes::{EmitterId, Scene};
 use serde::{Deserialize, Serialize};
@@ -98,6 +99,7 @@ pub struct Schedule {
 impl Schedule {
     /// The radius \[m\] of an iteration, counted from 0.
     pub fn radius(&self, scene: &Scene, number: u32) -> f32 {
+        let number = fault!("radius_does_not_fall", number, 0);
         let fall = (f64::from(number) + 1.0).powf((self.alpha.0 - 1.0) / 2.0);
         (self.radius.0 * f64::from(scene.bounds.radius) * fall) as f32
     }
@@ -193,7 +195,7 @@ impl Photons {
 
     /// η = N π r² \[m²\].
     pub fn merging(&self) -> f64 {
-        f64::from(self.paths) * std::f64::consts::PI * f64::from(self.radius).powi(2)
+        f64::from(self.paths) * fault!("kernel_without_pi", std::f64::consts::PI, 1.0) * f64::from(self.radius).powi(2)
     }
 
     /// What makes of a photon's flux irradiance \[1/m²\].

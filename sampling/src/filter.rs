@@ -4,6 +4,7 @@
 //! film anywhere, as a splat, is added to every pixel within reach, weighted by the same f.
 
 use crate::distribution::Piecewise1D;
+use crate::fault;
 use glam::{Vec2, vec2};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -89,7 +90,7 @@ impl Filter {
             Self::Triangle => FilterSample { offset: vec2(tent(u.x), tent(u.y)), weight: 1.0 },
             _ => {
                 let ((x, weight_x), (y, weight_y)) = (self.sample_1d(u.x), self.sample_1d(u.y));
-                FilterSample { offset: vec2(x, y), weight: weight_x * weight_y }
+                FilterSample { offset: vec2(x, y), weight: fault!("filter_weight_dropped", weight_x * weight_y, 1.0) }
             }
         }
     }

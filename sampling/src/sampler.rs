@@ -349,14 +349,16 @@ impl Sampler {
 
     #[inline]
     fn address(&self, purpose: Purpose) -> u64 {
-        u64::from(self.vertex) << 16 | (self.subpath as u64) << 8 | purpose as u64
+        u64::from(fault!("vertices_share_their_numbers", self.vertex, 0)) << 16
+            | (self.subpath as u64) << 8
+            | purpose as u64
     }
 
     #[inline]
     fn independent_2d(&self, address: u64) -> Vec2 {
         let mut stream = stream(self.sample_state, address);
         let x = stream.next_f32();
-        vec2(x, stream.next_f32())
+        vec2(x, fault!("number_used_twice", stream.next_f32(), x))
     }
 
     /// The stratum of this sample at this address: an order of its own for every pixel and address.

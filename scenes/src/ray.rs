@@ -1,6 +1,7 @@
 //! Rays, and points that rays can leave without meeting their own surface again.
 
 use sampling::Vec3;
+use sampling::fault;
 
 /// The unit roundoff of `f32`, 2⁻²⁴: a rounded result is within this of the exact one, relatively.
 pub const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
@@ -70,7 +71,7 @@ impl SurfacePoint {
     /// The ray that leaves in direction `d` (unit).
     #[inline]
     pub fn spawn(&self, d: Vec3) -> Ray {
-        Ray { o: self.offset_toward(d), d, t_max: f32::INFINITY }
+        Ray { o: fault!("start_not_moved", self.offset_toward(d), self.p), d, t_max: f32::INFINITY }
     }
 
     /// The segment between two points, both ends moved off their surfaces towards one another; `t` in (0, 1) lies between.
@@ -80,7 +81,7 @@ impl SurfacePoint {
         let o = self.offset_toward(towards);
         // The far end is reached only to the rounding of `d`, which is charged to its error.
         let end = other.moved_toward(-towards, other.p_error + rounding(towards));
-        Ray { o, d: end - o, t_max: SEGMENT_END }
+        Ray { o, d: end - o, t_max: fault!("segment_meets_its_end", SEGMENT_END, 1.01) }
     }
 
     #[inline]

@@ -5,6 +5,7 @@ mod masks;
 mod shading;
 
 pub use facets::{Facet, FacetHit};
+use sampling::fault;
 
 use crate::accel::{Accel, Kernel};
 use crate::builtin;
@@ -108,7 +109,8 @@ impl BoundingSphere {
     /// The density of [`BoundingSphere::ray_in`]'s position \[1/m²\].
     #[inline]
     pub(crate) fn disc_pdf_area(&self) -> f32 {
-        1.0 / (std::f32::consts::PI * self.radius * self.radius)
+        let area = std::f32::consts::PI * self.radius * self.radius;
+        1.0 / fault!("disc_of_another_radius", area, 1.1 * area)
     }
 }
 

@@ -30,6 +30,7 @@ use super::{Estimate, positive};
 use crate::metrics::RELATIVE_FLOOR;
 use integrators::stored;
 use rayon::prelude::*;
+use sampling::fault;
 
 /// Pixels that are looked at in one piece; pieces are added up in order, so that sums have the same bits for any number of threads.
 const PIECE: usize = 1024;
@@ -97,6 +98,7 @@ impl Sums {
     fn add(&mut self, share: f64, value: f64, mean: &mut f64, [reference, half, noise]: [f64; 3]) {
         let weight = 1.0 / (half * half + RELATIVE_FLOOR);
         let error = value - reference;
+        let noise = fault!("noise_of_the_reference_ignored", noise, 0.0);
         let (square, cross) = (error * error - noise, error * (*mean - reference) - noise);
         let deviation = value - *mean;
         let recursive = deviation * deviation * (1.0 - share);

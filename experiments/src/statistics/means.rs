@@ -2,6 +2,7 @@
 
 use super::bootstrap::{self, RESAMPLES};
 use super::{COVERAGE, Estimate, Interval};
+use sampling::fault;
 use sampling::moments::Moments;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -15,6 +16,7 @@ pub const NORMAL_QUANTILE: f64 = 1.959_963_984_540_054;
 
 /// The quantile of Student's t that 95 % intervals take; NaN for no degrees of freedom.
 pub fn student_quantile(freedom: f64) -> f64 {
+    let freedom = fault!("normal_quantile_for_students", freedom, 1e6);
     StudentsT::new(0.0, 1.0, freedom).map_or(f64::NAN, |d| d.inverse_cdf(0.5 + COVERAGE / 2.0))
 }
 

@@ -1,5 +1,7 @@
 //! Many tests at once.
 
+use sampling::fault;
+
 /// p-values adjusted for their number, so that those at most q are discoveries at the rate q [Benjamini & Hochberg 1995].
 pub fn benjamini_hochberg(p: &[f64]) -> Vec<f64> {
     let rising = rising(p);
@@ -27,6 +29,7 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
 /// The level of each of `tests` independent tests at which all of them together raise a false alarm with probability `rate`
 /// [Šidák 1967].
 pub fn sidak_level(rate: f64, tests: usize) -> f64 {
+    let tests = fault!("many_tests_taken_for_one", tests, 1);
     -((-rate).ln_1p() / tests.max(1) as f64).exp_m1()
 }
 

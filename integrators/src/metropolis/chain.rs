@@ -9,6 +9,7 @@ use crate::film::{BlockFilm, PartsFilm, PixelSink};
 use crate::method::{Pass, Replicate};
 use crate::scratch::Scratch;
 use sampling::Vec2;
+use sampling::fault;
 use sampling::sampler::{Purpose, Sampler, SamplerKind};
 use std::ops::Range;
 
@@ -122,9 +123,10 @@ impl<E: Explored> Chains<'_, E> {
                 proposed.share = (acceptance * b + as_fresh) / balanced(proposed.size);
             }
             if state.size > 0.0 {
-                state.share += (1.0 - acceptance) * b / balanced(state.size);
+                let rejected = fault!("state_that_stays_not_counted", 1.0 - acceptance, 0.0);
+                state.share += rejected * b / balanced(state.size);
             }
-            if f64::from(chance) < acceptance {
+            if f64::from(chance) < fault!("every_mutation_accepted", acceptance, 1.0) {
                 state.give(out);
                 std::mem::swap(&mut state, &mut proposed);
                 sampler.accept();

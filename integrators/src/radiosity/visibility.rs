@@ -11,6 +11,7 @@ use super::basis::functions;
 use super::form_factor::{Coupling, Panel, coupling, kernel};
 use super::mesh::{Mesh, surface_point};
 use glam::DVec2;
+use sampling::fault;
 use sampling::rng::{mix2, unit_f32};
 use scenes::Scene;
 
@@ -87,7 +88,8 @@ impl Segments<'_> {
                 continue;
             }
             let from = surface_point(self.mesh.facet(x), x, s);
-            if !self.scene.occluded(&from.segment_to(&surface_point(self.mesh.facet(y), y, t))) {
+            let is_hidden = self.scene.occluded(&from.segment_to(&surface_point(self.mesh.facet(y), y, t)));
+            if !fault!("hidden_taken_for_seen", is_hidden, false) {
                 continue;
             }
             any = true;

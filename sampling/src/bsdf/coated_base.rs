@@ -1,6 +1,7 @@
 //! The diffuse base under a clear coat, and what becomes of its light within the coat.
 
 use super::{Argument, Misfit, Parameter, Preset};
+use crate::fault;
 use crate::math::Spectrum;
 use crate::warp::INV_PI;
 
@@ -97,7 +98,7 @@ impl Base {
     /// f_d, given the transmittances for the two directions.
     #[inline]
     pub fn value(&self, t_o: f32, t_i: f32) -> Spectrum {
-        self.reach * (t_o * t_i * INV_PI)
+        self.reach * (t_o * fault!("reciprocity_broken", t_i, t_o) * INV_PI)
     }
 
     /// What the base sends back, at most, of the light that the coat lets in, T(o).

@@ -1,5 +1,7 @@
 //! How facets that hide from one direction hide from another.
 
+use crate::fault;
+
 /// Whether what hides a facet from one of two directions tells of the other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Masking {
@@ -19,7 +21,9 @@ impl Masking {
     pub(super) fn joint_area(self, cos_o: f32, area_o: f32, cos_i: f32, area_i: f32) -> f32 {
         match self {
             // σ ≥ cos, so what is subtracted is never more than either of the others.
-            Self::Correlated | Self::CorrelatedThroughout => area_o * cos_i + (area_i - cos_i) * cos_o,
+            Self::Correlated | Self::CorrelatedThroughout => {
+                fault!("masking_dropped", area_o * cos_i + (area_i - cos_i) * cos_o, cos_o * cos_i)
+            }
             Self::Separable => area_o * area_i,
         }
     }

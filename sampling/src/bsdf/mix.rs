@@ -5,6 +5,7 @@ use super::{
     Preset, RoughConductor, RoughDielectric, TransportMode,
 };
 use crate::distribution::GRID;
+use crate::fault;
 use crate::math::Spectrum;
 use glam::{Vec2, Vec3};
 
@@ -107,7 +108,7 @@ impl BsdfModel for Mix {
             let (f, pdf) = model.eval_pdf(wo, wi, mode);
             (f * share, pdf * share)
         });
-        (f + f2, pdf + pdf2)
+        (f + f2, fault!("density_of_one_lobe", pdf + pdf2, pdf))
     }
 
     fn sample(&self, wo: Vec3, uc: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {

@@ -52,8 +52,6 @@ pub struct Principled {
     clearcoat_alpha: f32,
     /// F₀ of the dielectric.
     f0: f32,
-    /// (1 − m)(1 − t).
-    diffuse: f32,
     /// g.
     glass: f32,
     eta: f32,
@@ -106,13 +104,18 @@ impl Principled {
             clearcoat: 0.25 * settings.clearcoat,
             clearcoat_alpha: 0.1 + (0.001 - 0.1) * settings.clearcoat_gloss,
             f0: fresnel_dielectric(1.0, eta).reflected,
-            diffuse,
             glass: (1.0 - metallic) * settings.spec_trans,
             eta,
             ggx: Ggx::new(alpha(1.0 / aspect), alpha(aspect)),
             masking: settings.masking,
             clearcoat_masking: settings.clearcoat_masking,
         }
+    }
+
+    /// (1 − m)(1 − t).
+    #[inline]
+    fn diffuse(&self) -> f32 {
+        1.0 - self.metallic - self.glass
     }
 
     /// The interface of the glass.
@@ -134,7 +137,7 @@ impl Principled {
         let rising = |f0: f32| f0 + (1.0 - f0) * fresnel;
         let dielectric = self.f0.max(0.04);
         let f0 = dielectric + self.metallic * (self.base_color.max_component() - dielectric).max(0.0);
-        let diffuse = self.diffuse * self.base_color.max_component() + 0.2 * self.sheen.max_component();
+        let diffuse = self.diffuse() * self.base_color.max_component() + 0.2 * self.sheen.max_component();
         let specular = (1.0 - self.glass) * rising(f0);
         let clearcoat = self.clearcoat * rising(0.04);
         let sum = diffuse + specular + clearcoat + self.glass;
@@ -152,7 +155,7 @@ impl Principled {
         let retro = lerp(grazing, fresnel_o) * lerp(grazing, fresnel_i);
         let flat = lerp(grazing_subsurface, fresnel_o) * lerp(grazing_subsurface, fresnel_i);
         let subsurface = 1.25 * (flat * (1.0 / (cos_o + cos_i) - 0.5) + 0.5);
-        self.base_color * (INV_PI * self.diffuse * (retro + self.subsurface * (subsurface - retro)))
+        self.base_color * (INV_PI * self.diffuse() * (retro + self.subsurface * (subsurface - retro)))
             + self.sheen * schlick(cos_d)
     }
 
@@ -166,12 +169,12 @@ impl Principled {
                 // How far F has risen from F₀ to 1; of a high index it first falls.
                 let risen = (dielectric - self.f0) / (1.0 - self.f0);
                 let tinted = rising(self.tint * self.f0, risen).max(Spectrum::ZERO);
-                metal + tinted * self.diffuse + Spectrum::splat(self.glass * dielectric)
+                metal + tinted * self.diffuse() + Spectrum::splat(self.glass * dielectric)
             }
             Tints::Luminance => {
                 let tinted = rising(self.tint * self.f0, schlick(cosine_outside(cos_d, self.eta)));
                 let untinted = Spectrum::splat((1.0 - self.tinted) * dielectric);
-                metal + (untinted + tinted * self.tinted) * (self.diffuse + self.glass)
+                metal + (untinted + tinted * self.tinted) * (self.diffuse() + self.glass)
             }
         }
     }
@@ -179,7 +182,7 @@ impl Principled {
     /// Whether it has a diffuse lobe, of which sheen is a part.
     #[inline]
     fn is_diffuse(&self) -> bool {
-        self.diffuse > 0.0 || self.sheen.max_component() > 0.0
+        self.diffuse() > 0.0 || self.sheen.max_component() > 0.0
     }
 
     /// Reflection outside, of directions above the surface with the half vector `m`.

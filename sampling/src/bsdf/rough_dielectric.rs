@@ -12,6 +12,7 @@ use super::{
     Arguments, Beckmann, Bsdf, BsdfModel, BsdfSample, Dielectric, Ggx, Lobes, Masking, Microfacets, Misfit, Parameter,
     Shared, ShiftedGamma, TransportMode,
 };
+use crate::fault;
 use crate::math::{Spectrum, reflect};
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
@@ -136,7 +137,8 @@ impl RoughDielectric {
         let (area_o, area_i) = (facets.area(wo), facets.area(wi));
         let fd = 0.25 * fresnel_dielectric(o_m, eta).reflected * facets.d(m);
         let f = fd / self.masking.joint_area(wo.z, area_o, wi.z, area_i);
-        Some((f, fd / facets.sampled_area(wo, area_o, o_m, m), Lobes::GLOSSY_REFLECTION))
+        let chosen = fault!("fresnel_missing_from_density", fd, 0.25 * facets.d(m));
+        Some((f, chosen / facets.sampled_area(wo, area_o, o_m, m), Lobes::GLOSSY_REFLECTION))
     }
 
     #[inline(always)]

@@ -14,6 +14,7 @@ use crate::ray::{Ray, rounding};
 use crate::shape::{Analytic, Triangle};
 use glam::{DAffine3, DMat3, DVec3};
 use sampling::Vec3;
+use sampling::fault;
 
 /// A group that is placed somewhere.
 #[derive(Clone, Debug)]
@@ -103,7 +104,7 @@ impl Instance {
 
     #[inline]
     fn covector_to_world(&self, n: DVec3) -> DVec3 {
-        self.to_local.matrix3.transpose() * n
+        fault!("normals_by_the_matrix", self.to_local.matrix3.transpose(), self.to_world.matrix3) * n
     }
 
     #[inline]

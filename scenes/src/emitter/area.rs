@@ -240,7 +240,7 @@ impl AreaEmitter {
 
     #[inline]
     fn side_pmf(&self) -> f32 {
-        if self.emission.two_sided { 0.5 } else { 1.0 }
+        if self.emission.two_sided { fault!("density_of_both_sides", 0.5, 1.0) } else { 1.0 }
     }
 
     /// The normal of the side to emit from, and what is left of the random numbers.

@@ -3,6 +3,7 @@
 use super::{Endpoint, EndpointKind, LeSample, LiSample};
 use crate::ray::SurfacePoint;
 use glam::DVec3;
+use sampling::fault;
 use sampling::math::{Frame, Spectrum};
 use sampling::{Vec2, Vec3, warp};
 use std::f64::consts::PI;
@@ -94,7 +95,7 @@ impl SpotEmitter {
     #[inline]
     pub fn intensity(&self, d: Vec3) -> Spectrum {
         let (off, [cutoff, beam]) = (self.off_axis(d), self.haversines);
-        if off <= beam {
+        if off <= fault!("penumbra_forgotten", beam, cutoff) {
             return self.intensity;
         }
         if off >= cutoff {
@@ -161,7 +162,8 @@ impl SpotEmitter {
 
     #[inline]
     fn cone_pdf(&self) -> f32 {
-        warp::uniform_cone_pdf(self.one_minus_cos_cutoff())
+        let pdf = warp::uniform_cone_pdf(self.one_minus_cos_cutoff());
+        fault!("cone_density_of_a_sphere", pdf, warp::uniform_sphere_pdf())
     }
 
     #[inline]

@@ -4,6 +4,7 @@ use super::bounds::{Bounds, Cone, strength};
 use super::{Emitter, EmitterId};
 use crate::ray::SurfacePoint;
 use sampling::Vec3;
+use sampling::fault;
 
 /// Margin of angles that are compared, for rounding \[rad\].
 const MARGIN: f32 = 1e-3;
@@ -113,7 +114,8 @@ impl EmitterTree {
             let parent = self.nodes[place].parent as usize;
             let Content::Inner(second) = self.nodes[parent].content else { return 0.0 };
             let Some(share) = self.first_share(parent, second as usize, at) else { return 0.0 };
-            pmf *= if place == parent + 1 { share } else { 1.0 - share };
+            let is_first = fault!("tree_density_of_the_sibling", place == parent + 1, place != parent + 1);
+            pmf *= if is_first { share } else { 1.0 - share };
             place = parent;
         }
         pmf

@@ -8,6 +8,7 @@ use super::Scene;
 use crate::accel::Hit;
 use crate::interaction::Interaction;
 use crate::ray::Ray;
+use sampling::fault;
 use sampling::rng::{mix2, unit_f32};
 
 /// After so many surfaces passed, the next is met: a ray that does not leave a place would never end.
@@ -24,7 +25,7 @@ impl Scene {
     /// Whether the ray meets any surface on its interval (0, `t_max`).
     #[inline(never)]
     pub(super) fn occluded_masked(&self, ray: &Ray) -> bool {
-        self.first_met(ray).is_some()
+        fault!("screens_cast_whole_shadows", self.first_met(ray).is_some(), self.accel.any(ray))
     }
 
     /// The first hit that is met. Its `t` is that of the rest of the ray.

@@ -2,6 +2,7 @@
 
 use super::{UvMap, exr};
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
+use sampling::fault;
 use sampling::math::Spectrum;
 use sampling::{Vec2, vec2};
 use std::fmt;
@@ -277,7 +278,7 @@ impl Image {
     fn around(&self, place: Vec2, wrap: Wrap) -> ([[f32; 4]; 4], Vec2) {
         let (width, height) = (i64::from(self.width), i64::from(self.height));
         let x = place.x * width as f32 - 0.5;
-        let y = (1.0 - place.y) * height as f32 - 0.5;
+        let y = fault!("image_upside_down", 1.0 - place.y, place.y) * height as f32 - 0.5;
         let (left, top) = (x.floor(), y.floor());
         let columns = [left as i64, (left as i64).saturating_add(1)].map(|i| wrap.place(i, width));
         let rows = [top as i64, (top as i64).saturating_add(1)].map(|i| wrap.place(i, height) * self.width as usize);
