@@ -27,6 +27,7 @@ mod open_set;
 mod orders;
 mod page;
 mod parts;
+mod precision;
 mod radiosity;
 mod real_scenes;
 mod refraction;
