@@ -1,0 +1,292 @@
+//! Random scenes, rendered by every method and compared pair by pair and order by order, for as long as is asked:
+//!
+//! ```console
+//! $ cargo run --release --example soak -- 3600          # seconds
+//! $ cargo run --release --example soak -- 60 7 found    # with another seed, and where scenes are kept that fail
+//! ```
+//!
+//! A scene that methods differ in is looked at again with other random numbers and more samples, since a few of them do not tell a bias
+//! from light that one method meets far too seldom. What fails every time is kept as a scene file, which `neumann verify` takes, and the
+//! status is 1.
+
+use integrators::Methods;
+use neumann::cli::VerifyArgs;
+use neumann::error::Status;
+use neumann::progress::Verbosity;
+use neumann::stop::Stop;
+use neumann::verify_command::verify;
+use sampling::bsdf::{Bsdf, Domain, ModelEntry, Preset};
+use sampling::rng::{Stream, mix2};
+use scenes::{LoadOptions, load};
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Samples per pixel of the first look at a scene, and of those at one that failed the ones before.
+const LOOKS: [u32; 3] = [64, 1024, 8192];
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match soak(&arguments) {
+        Ok(0) => ExitCode::SUCCESS,
+        Ok(_) => ExitCode::from(1),
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// How many scenes methods differ in.
+fn soak(arguments: &[String]) -> Result<usize, Box<dyn Error>> {
+    let [seconds, seed, folder] =
+        [(0, "60"), (1, "1"), (2, "soak")].map(|(i, usual)| arguments.get(i).map_or(usual, |s| s));
+    let (seconds, seed): (f64, u64) = (seconds.parse()?, seed.parse()?);
+    let (stop, start, methods) = (Stop::on_signals()?, Instant::now(), Methods::standard());
+    std::fs::create_dir_all(folder)?;
+    let (mut scenes, mut again, mut found) = (0, 0, 0);
+    let mut refused: BTreeMap<String, usize> = BTreeMap::new();
+    while start.elapsed().as_secs_f64() < seconds && stop.signal().is_none() {
+        let number = scenes + refused.values().sum::<usize>();
+        let text = Author::new(mix2(seed, number as u64)).scene();
+        let path = Path::new(folder).join(format!("soak_{seed}_{number}.toml"));
+        std::fs::write(&path, text)?;
+        let name = path.to_string_lossy();
+        if let Err(error) = load(&name, &LoadOptions::default()) {
+            // Parameters that do not go together.
+            *refused.entry(error.to_string().split(": ").skip(1).collect::<Vec<_>>().join(": ")).or_default() += 1;
+            std::fs::remove_file(&path)?;
+            continue;
+        }
+        match look(&name, seed, &methods, &stop) {
+            Ok(looks) => {
+                scenes += 1;
+                again += usize::from(looks > 1);
+                if looks > LOOKS.len() {
+                    found += 1;
+                    println!("methods differ in {name}\n");
+                    continue;
+                }
+            }
+            // A chain that finds no light to begin with.
+            Err(error) => *refused.entry(error.to_string()).or_default() += 1,
+        }
+        std::fs::remove_file(&path)?;
+    }
+    println!("{scenes} scenes in {:.0} s: {again} were looked at again, {found} fail", start.elapsed().as_secs_f64());
+    refused.iter().for_each(|(reason, times)| println!("  {times} times no scene: {reason}"));
+    Ok(found)
+}
+
+/// Which look at a scene finds no difference; one more than there are if all find one.
+fn look(scene: &str, seed: u64, methods: &Methods, stop: &Stop) -> Result<usize, Box<dyn Error>> {
+    for (number, spp) in LOOKS.into_iter().enumerate() {
+        let args = VerifyArgs {
+            scene: Some(scene.to_owned()),
+            spp,
+            seconds: None,
+            replicates: 16,
+            max_order: Some(5),
+            size: Some((16, 16)),
+            seed: mix2(seed, number as u64),
+            threads: None,
+            stress: false,
+            json: false,
+        };
+        if verify(&args, methods, Verbosity::Quiet, stop)? != Status::Failed {
+            return Ok(number + 1);
+        }
+    }
+    Ok(LOOKS.len() + 1)
+}
+
+/// Who writes a scene.
+struct Author {
+    dice: Stream,
+    text: String,
+    materials: Vec<String>,
+}
+
+impl Author {
+    fn new(seed: u64) -> Self {
+        Self { dice: Stream::new(seed, 0), text: String::new(), materials: Vec::new() }
+    }
+
+    /// A number between two.
+    fn number(&mut self, low: f32, high: f32) -> f32 {
+        low + (high - low) * self.dice.next_f32()
+    }
+
+    /// One of so many.
+    fn one_of(&mut self, count: usize) -> usize {
+        ((self.dice.next_f32() * count as f32) as usize).min(count - 1)
+    }
+
+    fn happens(&mut self, probability: f32) -> bool {
+        self.dice.next_f32() < probability
+    }
+
+    fn vector(&mut self, low: f32, high: f32) -> String {
+        let [x, y, z] = [(); 3].map(|()| self.number(low, high));
+        format!("[{x:.3}, {y:.3}, {z:.3}]")
+    }
+
+    fn line(&mut self, line: impl AsRef<str>) {
+        self.text += line.as_ref();
+        self.text.push('\n');
+    }
+
+    /// A room of 4 m or what is left of one, things in it, lights and a camera.
+    fn scene(mut self) -> String {
+        self.line("title = \"a random scene\"\nmax_order = 5\n");
+        self.camera();
+        self.line("[materials.white]\ntype = \"lambert\"\nalbedo = 0.6\n\n[materials.glass]\ntype = \"dielectric\"\n");
+        self.materials.push("white".into());
+        for i in 0..4 {
+            self.material(&format!("m{i}"));
+        }
+        self.room();
+        for _ in 0..1 + self.one_of(5) {
+            self.thing();
+        }
+        self.lights();
+        self.text
+    }
+
+    fn camera(&mut self) {
+        let (at, to) = (self.vector(-1.2, 1.2), self.vector(-1.8, 1.8));
+        self.line(format!("[camera]\nposition = {at}\ntarget = {to}\nwidth = 16\nheight = 16"));
+        let fov = self.number(20.0, 90.0);
+        match self.one_of(6) {
+            0 => self.line(format!("type = \"thin_lens\"\nfov = {fov}\nlens_radius = 0.1\nfocus_distance = 1.5")),
+            1 => self.line("type = \"orthographic\"\nextent = 1.5"),
+            2 => self.line("type = \"equirectangular\""),
+            _ => self.line(format!("fov = {fov}")),
+        }
+        let filter = ["box", "triangle", "gaussian", "mitchell"][self.one_of(4)];
+        self.line(format!("filter = \"{filter}\"\n"));
+    }
+
+    /// A material of any model, with some of its parameters at random.
+    fn material(&mut self, name: &str) {
+        let able = |entry: &&ModelEntry| {
+            let table = |p: &sampling::bsdf::Parameter| {
+                matches!(p.domain, Domain::Numbers { .. } | Domain::File { .. })
+                    && matches!(p.preset, Preset::Required(_))
+            };
+            !entry.parameters.iter().any(table)
+        };
+        let models: Vec<&ModelEntry> = Bsdf::MODELS.iter().filter(able).collect();
+        let model = models[self.one_of(models.len())];
+        self.line(format!("[materials.{name}]\ntype = \"{}\"", model.name));
+        for parameter in model.parameters {
+            let required = matches!(parameter.preset, Preset::Required(_));
+            let value = match parameter.domain {
+                Domain::Model => Some(format!("\"{}\"", ["white", "glass"][self.one_of(2)])),
+                _ if !required && self.happens(0.6) => None,
+                Domain::Number(low, high) => {
+                    let x = self.number(low.max(0.0), high.min(2.5));
+                    Some(format!("{x:.4}"))
+                }
+                Domain::Colour(low, high) if high <= 1.0 => Some(self.vector(low, 0.8)),
+                Domain::Colour(low, high) => Some(self.vector(low.max(0.1), high.min(4.0))),
+                Domain::Choice(words) => Some(format!("\"{}\"", words[self.one_of(words.len())])),
+                Domain::Numbers { .. } | Domain::File { .. } => None,
+            };
+            if let Some(value) = value {
+                self.line(format!("{} = {value}", parameter.name));
+            }
+        }
+        if self.happens(0.15) {
+            let screen = self.happens(0.5);
+            self.line(match screen {
+                true => "opacity = { checkerboard = [0.0, 1.0], uv_scale = 6 }",
+                false => "bump_map = { noise = { size = 0.3, high = 0.05 } }",
+            });
+        }
+        self.line("");
+        self.materials.push(name.to_owned());
+    }
+
+    fn any_material(&mut self) -> String {
+        let i = self.one_of(self.materials.len());
+        self.materials[i].clone()
+    }
+
+    fn room(&mut self) {
+        let walls: [[&str; 3]; 6] = [
+            ["[-2, -2, 2]", "[4, 0, 0]", "[0, 0, -4]"],
+            ["[-2, 2, -2]", "[4, 0, 0]", "[0, 0, 4]"],
+            ["[-2, -2, -2]", "[4, 0, 0]", "[0, 4, 0]"],
+            ["[2, -2, 2]", "[-4, 0, 0]", "[0, 4, 0]"],
+            ["[-2, -2, 2]", "[0, 0, -4]", "[0, 4, 0]"],
+            ["[2, -2, -2]", "[0, 0, 4]", "[0, 4, 0]"],
+        ];
+        let closed = self.happens(0.6);
+        for [origin, u, v] in walls {
+            if !closed && self.happens(0.3) {
+                continue;
+            }
+            let material = if self.happens(0.7) { "white".to_owned() } else { self.any_material() };
+            self.line(format!("[[shapes]]\ntype = \"quad\"\norigin = {origin}\nedge_u = {u}\nedge_v = {v}\nmaterial = \"{material}\"\n"));
+        }
+    }
+
+    fn thing(&mut self) {
+        let (at, material) = (self.vector(-1.5, 1.5), self.any_material());
+        let size = self.number(0.1, 0.7);
+        let (u, v) = (self.vector(-0.8, 0.8), self.vector(-0.8, 0.8));
+        self.line("[[shapes]]");
+        match self.one_of(5) {
+            0 => self.line(format!("type = \"disk\"\ncenter = {at}\nedge_u = {u}\nedge_v = {v}")),
+            1 => {
+                let to = self.vector(-1.5, 1.5);
+                self.line(format!("type = \"cylinder\"\nfrom = {at}\nto = {to}\nradius = {size:.3}"));
+            }
+            2 => {
+                let corners: Vec<String> = (0..4).map(|_| self.vector(-1.5, 1.5)).collect();
+                let corners = corners.join(", ");
+                self.line(format!(
+                    "type = \"mesh\"\nvertices = [{corners}]\nfaces = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [0, 2, 3]]"
+                ));
+            }
+            _ => self.line(format!("type = \"sphere\"\ncenter = {at}\nradius = {size:.3}")),
+        }
+        self.line(format!("material = \"{material}\""));
+        if self.happens(0.2) {
+            self.line("flip = true");
+        }
+        if self.happens(0.2) {
+            let two = self.happens(0.5);
+            self.line(format!("emission = 2\ntwo_sided = {two}"));
+        }
+        self.line("");
+    }
+
+    fn lights(&mut self) {
+        let lamps = self.one_of(3);
+        for _ in 0..=lamps {
+            let (at, to, i) = (self.vector(-1.5, 1.5), self.vector(-1.5, 1.5), self.number(0.5, 4.0));
+            let mut text = String::new();
+            let _ = match self.one_of(6) {
+                0 => writeln!(text, "[[emitters]]\ntype = \"point\"\nposition = {at}\nintensity = {i:.2}"),
+                1 => writeln!(
+                    text,
+                    "[[emitters]]\ntype = \"spot\"\nposition = {at}\ntarget = {to}\nintensity = {i:.2}\ncutoff = 50\nbeam = 20"
+                ),
+                2 => writeln!(text, "[[emitters]]\ntype = \"directional\"\ndirection = {to}\nirradiance = {i:.2}"),
+                _ => writeln!(
+                    text,
+                    "[[shapes]]\ntype = \"quad\"\norigin = {at}\nedge_u = [0.7, 0, 0]\nedge_v = [0, 0.2, 0.6]\nmaterial = \"white\"\nemission = {i:.2}"
+                ),
+            };
+            self.line(text);
+        }
+        if self.happens(0.3) {
+            self.line("[[emitters]]\ntype = \"constant\"\nradiance = 0.5");
+        }
+    }
+}
