@@ -26,7 +26,9 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 /// Samples per pixel of the first look at a scene, and of those at one that failed the ones before.
-const LOOKS: [u32; 3] = [64, 1024, 8192];
+const LOOKS: [u32; 3] = [32, 512, 4096];
+/// Size of the images, such that means are compared over several pixels: single ones may owe all they have to a path in a thousand.
+const SIZE: (u32, u32) = (64, 64);
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -90,7 +92,7 @@ fn look(scene: &str, seed: u64, methods: &Methods, stop: &Stop) -> Result<usize,
             seconds: None,
             replicates: 16,
             max_order: Some(5),
-            size: Some((16, 16)),
+            size: Some(SIZE),
             seed: mix2(seed, number as u64),
             threads: None,
             stress: false,
@@ -108,11 +110,29 @@ struct Author {
     dice: Stream,
     text: String,
     materials: Vec<String>,
+    /// Whether there may be emitters that no ray meets. Then nothing is a mirror or smooth glass, of which most methods lose some of their
+    /// light, so that there would be nothing to compare.
+    points: bool,
 }
+
+/// Models that never are mirrors.
+const ROUGH: [&str; 9] = [
+    "lambert",
+    "oren_nayar",
+    "phong",
+    "ward",
+    "blinn_phong",
+    "lafortune",
+    "cook_torrance",
+    "principled",
+    "diffuse_transmission",
+];
 
 impl Author {
     fn new(seed: u64) -> Self {
-        Self { dice: Stream::new(seed, 0), text: String::new(), materials: Vec::new() }
+        let mut dice = Stream::new(seed, 0);
+        let points = dice.next_f32() < 0.3;
+        Self { dice, text: String::new(), materials: Vec::new(), points }
     }
 
     /// A number between two.
@@ -158,7 +178,7 @@ impl Author {
 
     fn camera(&mut self) {
         let (at, to) = (self.vector(-1.2, 1.2), self.vector(-1.8, 1.8));
-        self.line(format!("[camera]\nposition = {at}\ntarget = {to}\nwidth = 16\nheight = 16"));
+        self.line(format!("[camera]\nposition = {at}\ntarget = {to}\nwidth = 64\nheight = 64"));
         let fov = self.number(20.0, 90.0);
         match self.one_of(6) {
             0 => self.line(format!("type = \"thin_lens\"\nfov = {fov}\nlens_radius = 0.1\nfocus_distance = 1.5")),
@@ -179,7 +199,9 @@ impl Author {
             };
             !entry.parameters.iter().any(table)
         };
-        let models: Vec<&ModelEntry> = Bsdf::MODELS.iter().filter(able).collect();
+        let points = self.points;
+        let fits = |entry: &&ModelEntry| !points || ROUGH.contains(&entry.name);
+        let models: Vec<&ModelEntry> = Bsdf::MODELS.iter().filter(able).filter(fits).collect();
         let model = models[self.one_of(models.len())];
         self.line(format!("[materials.{name}]\ntype = \"{}\"", model.name));
         for parameter in model.parameters {
@@ -271,7 +293,8 @@ impl Author {
         for _ in 0..=lamps {
             let (at, to, i) = (self.vector(-1.5, 1.5), self.vector(-1.5, 1.5), self.number(0.5, 4.0));
             let mut text = String::new();
-            let _ = match self.one_of(6) {
+            let kind = if self.points { self.one_of(4) } else { 3 };
+            let _ = match kind {
                 0 => writeln!(text, "[[emitters]]\ntype = \"point\"\nposition = {at}\nintensity = {i:.2}"),
                 1 => writeln!(
                     text,
