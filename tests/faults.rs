@@ -80,7 +80,7 @@ const FAULTS: &[(&str, &str)] = &[
     ("share_of_a_run_forgotten", "composite::any_runs_have_the_means_of_one_method"),
     ("noise_of_the_reference_ignored", "coverage::synthetic::intervals_of_errors_cover_the_truth"),
     ("normal_quantile_for_students", "coverage::synthetic::intervals_of_means_cover_the_truth"),
-    ("many_tests_taken_for_one", "false_alarms::families_of_a_scene_fail_as_often_as_they_say"),
+    ("many_tests_taken_for_one", "cli::evidence::a_scene_is_verified_in_words_and_in_json"),
 ];
 
 /// The module of every fault that the sources hold, a file or a folder of a crate.
