@@ -30,7 +30,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let scene = scenes::load("cornell_box", &LoadOptions { size: Some((SIZE, SIZE)), ..LoadOptions::default() })?;
     let wanted: Vec<String> = arguments.collect();
     let mut sheet = Picture::filled(SIZE as usize * wanted.len().max(1), SIZE as usize, [0; 3]);
-    println!("| basis | elements of each mesh | seconds | matrix \\[MB\\] | million rays | form factors sum to |");
+    println!(
+        "| basis | elements of each mesh | seconds | matrix \\[MB\\] | million rays | form factors and escape sum to |"
+    );
     println!("|---|---|---:|---:|---:|---|");
     for (place, words) in wanted.iter().enumerate() {
         let (basis, elements) = words.split_once(':').unwrap_or(("linear", words));
@@ -40,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let solved = settings.solve(&scene, &Request::new(Orders::up_to(MAX_ORDER), false));
         let solution = solved.ok_or("the Cornell box is made of triangles")?;
         let (report, seconds) = (&solution.report, start.elapsed().as_secs_f64());
-        let [low, high] = report.closure;
+        let [low, high] = report.unbalanced;
         let meshes = report.meshes.iter().map(|n| n.to_string()).collect::<Vec<_>>().join(", ");
         println!(
             "| {basis} | {meshes} | {seconds:.1} | {:.0} | {:.1} | {low:.3} to {high:.3} |",

@@ -5,12 +5,14 @@
 
 use crate::classics::{classes, regions};
 use crate::support::{
-    Budget, Estimate, Family, Rendered, builtin, camera, lambert, measure, measure_seeded, method, method_with, seed,
-    shining,
+    Budget, Estimate, Family, Rendered, builtin, camera, grey, lambert, measure, measure_seeded, method, method_with,
+    seed, shining,
 };
 use glam::{DVec3, dvec3};
-use integrators::{Bias, Orders, Render, RenderSettings};
-use sampling::sampler::{Role, SamplerKind};
+use integrators::flux::Flux;
+use integrators::radiosity::Radiosity;
+use integrators::{Bias, Orders, Render, RenderSettings, Request};
+use sampling::sampler::{Role, SamplerKind, StreamKey};
 use scenes::{Scene, SceneBuilder, Skip};
 use serde_json::json;
 
@@ -124,6 +126,27 @@ fn in_the_cornell_box_the_error_falls_with_the_elements() {
         );
         assert!(fine.1.abs() < 0.01 && fine.1.abs() < coarse.1.abs() + 0.002, "order {order}: {coarse:?} {fine:?}");
     }
+}
+
+/// What escapes by the solution's ledger is what escapes of walks from the emitters, order by order: a ledger can add up and be wrong.
+#[test]
+fn what_escapes_is_what_escapes_of_walks() {
+    let mut family = Family::new("escape");
+    for (scene, bound) in [(open_room(2.0), 0.0), (builtin("cornell_box", 16), 0.004)] {
+        let settings: Radiosity = serde_json::from_value(json!({"elements": 2560})).unwrap();
+        let solution = settings.solve(&scene, &Request::new(Orders::up_to(MAX_ORDER), false)).unwrap();
+        let key = |replicate| StreamKey::new(seed(), "flux", Role::Estimate, replicate);
+        let walks: Vec<Flux> = (0..32).map(|r| Flux::of(&scene, &[], MAX_ORDER, key(r), 32_768)).collect();
+        for (order, flux) in solution.report.flux.iter().enumerate() {
+            let escaped: Vec<f64> = walks.iter().map(|walks| grey(walks.escaped[order])).collect();
+            let walked = Estimate::of(&escaped);
+            println!("{} order {order}: off by {:+.3e}", scene.name, flux.escaped / walked.mean - 1.0);
+            // The mesh may be off by so much of it where blocks cast shadows.
+            let walked = Estimate { error: walked.error.hypot(bound * walked.mean), ..walked };
+            family.image(format!("{} order {order}", scene.name), walked, Estimate::exact(flux.escaped));
+        }
+    }
+    family.finish(1.0);
 }
 
 /// Twice the light is twice every order, to the bit: the mesh and what is hidden do not depend on the light's unit.

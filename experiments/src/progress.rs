@@ -59,9 +59,28 @@ impl Progress {
     /// Does `units` of work, of which `work` reports the fraction done.
     pub fn during<T>(&mut self, units: f64, work: impl FnOnce(&(dyn Fn(f64) + Sync)) -> T) -> T {
         let (bar, done, total) = (&self.bar, self.done, self.total);
-        let result = work(&|fraction: f64| bar.set_position(((done + units * fraction) / total * STEPS as f64) as u64));
+        let (watched, message) = (bar.clone(), bar.message());
+        let observer = move |activity: Activity, share: f64| {
+            let told = if share < 1.0 {
+                format!("{message}: {}, {:.0} %", doing(activity), 100.0 * share)
+            } else {
+                message.clone()
+            };
+            watched.set_message(told);
+        };
+        let result = scenes::progress::observed(observer, || {
+            work(&|fraction: f64| bar.set_position(((done + units * fraction) / total * STEPS as f64) as u64))
+        });
         self.done += units;
         result
+    }
+}
+
+fn doing(activity: Activity) -> &'static str {
+    match activity {
+        Activity::Reading => "reading meshes",
+        Activity::Building => "building the tree",
+        Activity::Coupling => "coupling elements",
     }
 }
 
@@ -84,10 +103,7 @@ pub fn while_loading<T>(verbosity: Verbosity, load: impl FnOnce() -> T) -> T {
             // The old bar goes before there is a new one.
             shown = None;
             let progress = Progress::new(1.0, verbosity);
-            progress.say(match activity {
-                Activity::Reading => "reading meshes".to_owned(),
-                Activity::Building => "building the tree".to_owned(),
-            });
+            progress.say(doing(activity).to_owned());
             shown = Some((activity, progress));
         }
         if let Some((_, progress)) = &shown {

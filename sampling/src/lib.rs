@@ -89,6 +89,8 @@
 //!   normals*, Computer Graphics Forum 33(4), 2014.
 //! - `[Heitz18]` E. Heitz: *Sampling the GGX distribution of visible normals*, JCGT 7(4), 2018.
 //! - `[Heitz19]` E. Heitz: *A low-distortion map between triangle and square*, HAL-02073696, 2019.
+//! - `[Hestenes52]` M. R. Hestenes, E. Stiefel: *Methods of conjugate gradients for solving linear systems*, Journal of Research of the NBS
+//!   49(6), 1952.
 //! - `[Hill75]` B. M. Hill: *A simple general approach to inference about the tail of a distribution*, The Annals of Statistics
 //!   3(5), 1975.
 //! - `[Hopcroft71]` J. Hopcroft: *An n log n algorithm for minimizing states in a finite automaton*, in *Theory of Machines and
@@ -108,6 +110,7 @@
 //!   transport algorithm*, Computer Graphics Forum 21(3), 2002.
 //! - `[Kensler13]` A. Kensler: *Correlated multi-jittered sampling*, Pixar technical memo 13-01, 2013.
 //! - `[King13]` A. King, C. Kulla, A. Conty, M. Fajardo: *BSSRDF importance sampling*, SIGGRAPH 2013 talks.
+//! - `[Knight13]` P. A. Knight, D. Ruiz: *A fast algorithm for matrix balancing*, IMA Journal of Numerical Analysis 33(3), 2013.
 //! - `[Knaus11]` C. Knaus, M. Zwicker: *Progressive photon mapping: a probabilistic approach*, ACM Transactions on Graphics 30(3), 2011.
 //! - `[Kulla17]` C. Kulla, A. Conty: *Revisiting physically based shading at Imageworks*, SIGGRAPH 2017 course
 //!   *Physically based shading in theory and practice*.
@@ -118,6 +121,8 @@
 //!   reflectance functions*, SIGGRAPH 1997.
 //! - `[Laine11]` S. Laine, T. Karras: *Stratified sampling for stochastic transparency*, EGSR 2011.
 //! - `[Lambert1760]` J. H. Lambert: *Photometria*, Augsburg, 1760.
+//! - `[Larsen86]` M. E. Larsen, J. R. Howell: *Least-squares smoothing of direct-exchange areas in zonal analysis*, Journal of Heat
+//!   Transfer 108(1), 1986.
 //! - `[Matousek98]` J. Matoušek: *On the L₂-discrepancy for anchored boxes*, Journal of Complexity 14(4), 1998.
 //! - `[Matusik03]` W. Matusik et al.: *A data-driven reflectance model*, SIGGRAPH 2003.
 //! - `[Mikkelsen10]` M. S. Mikkelsen: *Bump mapping unparametrized surfaces on the GPU*, 2010.
@@ -141,6 +146,8 @@
 //!   Philosophical Transactions of the Royal Society A 210, 1911.
 //! - `[Rusinkiewicz98]` S. M. Rusinkiewicz: *A new change of variables for efficient BRDF representation*, EGSR 1998.
 //! - `[Shirley97]` P. Shirley, K. Chiu: *A low distortion map between disk and square*, JGT 2(3), 1997.
+//! - `[Sinkhorn64]` R. Sinkhorn: *A relationship between arbitrary positive matrices and doubly stochastic matrices*, The Annals of
+//!   Mathematical Statistics 35(2), 1964.
 //! - `[Smith67]` B. G. Smith: *Geometrical shadowing of a random rough surface*, IEEE Transactions on Antennas and Propagation
 //!   15(5), 1967.
 //! - `[Steele14]` G. L. Steele, D. Lea, C. H. Flood: *Fast splittable pseudorandom number generators*, OOPSLA 2014.

@@ -1,4 +1,4 @@
-//! How far the loading of a scene is, for those who wait for it.
+//! How far work is that takes long before any image grows: the loading of a scene, and what methods make of it; for those who wait for it.
 
 use std::cell::RefCell;
 
@@ -9,6 +9,8 @@ pub enum Activity {
     Reading,
     /// The tree over surfaces is built.
     Building,
+    /// Elements of its surfaces are coupled.
+    Coupling,
 }
 
 type Observer = Box<dyn FnMut(Activity, f64)>;
@@ -32,7 +34,7 @@ pub fn observed<T>(observer: impl FnMut(Activity, f64) + 'static, work: impl FnO
 }
 
 /// Tells who asked on this thread.
-pub(crate) fn report(activity: Activity, share: f64) {
+pub fn report(activity: Activity, share: f64) {
     OBSERVER.with_borrow_mut(|observer| {
         if let Some(observer) = observer {
             observer(activity, share);

@@ -28,6 +28,14 @@ impl Basis {
             Self::Linear => 3,
         }
     }
+
+    /// The function of this basis nearest to a linear one.
+    pub fn nearest(self, of: Function) -> Function {
+        match self {
+            Self::Constant => [of[0], 0.0, 0.0],
+            Self::Linear => of,
+        }
+    }
 }
 
 /// The first `B` functions, 1 or 3, at a point.
@@ -47,6 +55,27 @@ pub fn value(coefficients: &[[f64; 3]], at: DVec2) -> [f64; 3] {
         sum.iter_mut().zip(coefficient).for_each(|(sum, c)| *sum += c * function);
     }
     sum
+}
+
+/// A function on an element: its coefficients, of which those after the first are zero if it is constant.
+pub type Function = [f64; 3];
+
+/// The function nearest to the product of two.
+pub fn product(a: &Function, b: &Function) -> Function {
+    let mut sum = [0.0; 3];
+    // Exact: the integrand is of degree 3.
+    for (at, weight) in SIX {
+        let functions = functions::<3>(at);
+        let value = |f: &Function| (0..3).map(|i| f[i] * functions[i]).sum::<f64>();
+        let both = weight * value(a) * value(b);
+        sum.iter_mut().zip(functions).for_each(|(sum, f)| *sum += both * f);
+    }
+    sum
+}
+
+/// Its values at the vertices.
+pub fn corners(of: &Function) -> [f64; 3] {
+    [DVec2::ZERO, DVec2::X, DVec2::Y].map(|at| (0..3).map(|i| of[i] * functions::<3>(at)[i]).sum())
 }
 
 /// Where the coordinates of a triangle's part lie in those of the triangle.

@@ -15,6 +15,7 @@
 //! Light is followed along `LD*E`. The surfaces must be flat triangles that obey Lambert's law; their two sides are elements of their own.
 //! Albedo that varies is a constant on each element for the light that goes on, the mean over it.
 
+pub mod balance;
 pub mod basis;
 pub mod form_factor;
 pub mod mesh;
@@ -52,7 +53,8 @@ const KEPT: usize = 8;
 #[serde(try_from = "u32", into = "u32")]
 pub struct Elements(u32);
 
-/// Rays between two elements that little couples; up to 128 times as many where more does.
+/// Rays between two elements that little couples; up to 128 times as many where more does, and 512 times as many from an element of mean
+/// size that tell what escapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "u32", into = "u32")]
 pub struct Rays(u32);

@@ -40,6 +40,10 @@ pub struct Report {
     pub bytes: u64,
     /// The least and the greatest sum of an element's form factors: 1 in a closed scene.
     pub closure: [f64; 2],
+    /// The least and the greatest sum of an element's form factors and what escapes, before they were balanced.
+    pub unbalanced: [f64; 2],
+    /// By which part of its light an element's balance is still off at the most.
+    pub imbalance: f64,
     /// By order from 0 on.
     pub flux: Vec<Flux>,
 }
@@ -81,13 +85,17 @@ impl Solution {
         if settings.refinement == Refinement::Even {
             grow_evenly(scene, &mut mesh, target);
         }
-        let operator = couple(scene, &mesh, settings, &mut report);
+        let mut operator = couple(scene, &mesh, settings, &mut report);
+        let balance = operator.balance(scene, &mesh, settings.rays.number());
+        (report.unbalanced, report.imbalance) = (balance.sums, balance.imbalance);
+        report.rays += balance.rays;
         let orders = orders(&operator, &mesh, last);
         let tail = request.tail().then(|| tail(scene, &operator, &mesh, &orders));
         report.bytes = operator.bytes();
         let closure = operator.closure();
         report.closure = closure.iter().fold([f64::INFINITY, 0.0], |[l, h], c| [c.min(l), c.max(h)]);
-        report.flux = (0..last).map(|order| flux(&mesh, &radiosity(&mesh, &orders, order), &orders[order])).collect();
+        let flux = |order: usize| flux(&operator, &mesh, &radiosity(&mesh, &orders, order), &orders[order]);
+        report.flux = (0..last).map(flux).collect();
         Self { mesh, orders, tail, report }
     }
 
@@ -175,9 +183,10 @@ fn power(mesh: &Mesh, values: &[Coefficients]) -> f64 {
 }
 
 /// Where what leaves goes, if this is what arrives.
-fn flux(mesh: &Mesh, leaving: &[Coefficients], arriving: &[Coefficients]) -> Flux {
+fn flux(operator: &Operator, mesh: &Mesh, leaving: &[Coefficients], arriving: &[Coefficients]) -> Flux {
     let [left, arrived, goes_on] = [leaving, arriving, &reflected(mesh, arriving)].map(|values| power(mesh, values));
-    Flux { leaving: left, escaped: left - arrived, absorbed: arrived - goes_on }
+    let escaped = operator.escaped(leaving).iter().sum::<f64>() / 3.0;
+    Flux { leaving: left, escaped, absorbed: arrived - goes_on }
 }
 
 /// Divides the largest elements until there are so many.
@@ -215,8 +224,7 @@ fn errors(mesh: &Mesh, orders: &[Vec<Coefficients>], basis: Basis) -> Vec<f64> {
             [of_function(0), of_function(1), of_function(2)]
         })
         .collect();
-    let least = |whole: [f64; 3]| if basis == Basis::Constant { [whole[0], 0.0, 0.0] } else { whole };
-    let gathered = mesh.gathered(|element| seen[element], |quarters| least(projected(quarters)));
+    let gathered = mesh.gathered(|element| seen[element], |quarters| basis.nearest(projected(quarters)));
     let error = |element: usize| {
         let around = match gathered.around(element) {
             Some((whole, quarter)) => restricted(whole, quarter),

@@ -170,10 +170,13 @@ fn form_factors_of_a_closed_room_sum_to_one() {
         let solution = solved(&scene, 2, &settings);
         let mesh = solution.mesh();
         assert_eq!((mesh.elements().len(), mesh.is_convex()), (elements as usize, true));
-        let [low, high] = solution.report.closure;
-        println!("{elements} {basis:?}: sums from {low:.8} to {high:.8}");
-        assert!(low > 1.0 - 2e-4 && high < 1.0 + 2e-4);
-        let operator = Operator::new(&scene, mesh, basis, 1);
+        let [closure, before] = [solution.report.closure, solution.report.unbalanced];
+        println!("{elements} {basis:?}: sums from {before:?} before they are balanced, and {closure:?}");
+        assert!(
+            before.iter().all(|sum| (sum - 1.0).abs() < 2e-4) && closure.iter().all(|sum| (sum - 1.0).abs() < 1e-6)
+        );
+        let mut operator = Operator::new(&scene, mesh, basis, 1);
+        operator.balance(&scene, mesh, 1);
         let facing = |normal: DVec3| {
             let of = mesh.elements().iter().enumerate().filter(move |(_, e)| e.panel.normal.dot(normal) > 0.9);
             of.map(|(i, e)| (i, e.panel.area)).collect::<Vec<_>>()
@@ -201,40 +204,64 @@ fn orders_of_a_furnace_are_powers_of_its_albedo() {
         let exact = if order == 7 { arrives / (1.0 - f64::from(albedo)) } else { arrives };
         for irradiance in solution.irradiance(order).unwrap() {
             let [mean, s, t] = irradiance.map(|channels| channels[1] / exact);
-            assert!((mean - 1.0).abs() < 3e-4 && s.abs() < 3e-4 && t.abs() < 3e-4, "order {order}: {mean} {s} {t}");
+            assert!((mean - 1.0).abs() < 1e-6 && s.abs() < 1e-6 && t.abs() < 1e-6, "order {order}: {mean} {s} {t}");
         }
     }
     for (order, flux) in solution.report.flux.iter().enumerate() {
         let exact = radiosity * 7.0 * f64::from(albedo).powi(order as i32);
-        assert!((flux.leaving / exact - 1.0).abs() < 1e-4 && flux.escaped.abs() < 2e-5 * exact, "{order} {flux:?}");
+        assert!((flux.leaving / exact - 1.0).abs() < 1e-6 && flux.escaped == 0.0, "{order} {flux:?}");
     }
 }
 
-/// What leaves is absorbed, goes on or escapes, in a scene that is open and has blocks that stand in the way.
+/// A closed room with a block in the way, lit by a lamp on its ceiling.
+fn occluded_room() -> Scene {
+    let mut builder = room(dvec3(1.0, 1.2, 0.9), 0.6, 0.0);
+    let white = builder.material(Lambert { albedo: Spectrum::new(0.8, 0.6, 0.4) });
+    let (origin, x, y, z) = (dvec3(0.35, 0.4, 0.0), DVec3::X * 0.3, DVec3::Y * 0.25, DVec3::Z * 0.5);
+    for (corner, u, v) in [(origin, z, y), (origin + x, y, z), (origin, x, z), (origin + y, z, x), (origin + z, x, y)] {
+        builder.quad(corner, u, v, white);
+    }
+    let lamp = builder.quad(dvec3(0.3, 0.2, 0.89), DVec3::Y * 0.4, DVec3::X * 0.2, white);
+    builder.emit(lamp, Emission { radiance: Texture::Constant(Spectrum::splat(2.0)), two_sided: false });
+    builder.build(Skip::Unneeded).unwrap()
+}
+
+/// What leaves is absorbed, goes on or escapes, to a millionth in every order, where things stand in the way: as couplings have it and,
+/// from elsewhere, as rays find what escapes. In a closed room nothing does.
 #[test]
 fn flux_is_neither_made_nor_lost() {
-    let scene = scenes::load("cornell_box", &scenes::LoadOptions::default()).unwrap();
-    for basis in [Basis::Constant, Basis::Linear] {
-        let solution = solved(&scene, 5, &settings(400, basis, Refinement::Error));
-        let flux = &solution.report.flux;
-        for (now, next) in flux.iter().zip(&flux[1..]) {
-            let accounted = now.escaped + now.absorbed + next.leaving;
-            assert!((accounted / now.leaving - 1.0).abs() < 1e-12 && now.escaped > 0.0 && now.absorbed > 0.0);
+    let box_ = scenes::load("cornell_box", &scenes::LoadOptions::default()).unwrap();
+    for (scene, closed) in [(box_, false), (occluded_room(), true)] {
+        for (elements, basis) in [(400, Basis::Constant), (400, Basis::Linear), (120, Basis::Linear)] {
+            let solution = solved(&scene, 5, &settings(elements, basis, Refinement::Error));
+            let report = &solution.report;
+            println!(
+                "{} {elements} {basis:?}: sums from {:?}, weighted {:?}, off by {:.1e}",
+                scene.name, report.unbalanced, report.closure, report.imbalance
+            );
+            for (order, (now, next)) in report.flux.iter().zip(&report.flux[1..]).enumerate() {
+                let accounted = now.escaped + now.absorbed + next.leaving;
+                println!("  order {order}: {now:?}, off by {:.1e}", accounted / now.leaving - 1.0);
+                assert!((accounted / now.leaving - 1.0).abs() < 1e-6 && now.absorbed > 0.0);
+                assert!(if closed { now.escaped == 0.0 } else { now.escaped > 0.0 });
+            }
+            let [low, high] = report.closure;
+            assert!(high < 1.0 + 1e-6 && (!closed || low > 1.0 - 1e-6));
         }
     }
 }
 
-/// No element sends more than it has, but for what rays leave open of what is hidden: that falls with their number.
+/// Before they are balanced, sums of form factors and what escapes are off by what rays leave open; that falls with their number.
 #[test]
-fn form_factors_of_hidden_elements_sum_to_one_at_most() {
+fn rays_leave_less_for_the_balance_the_more_they_are() {
     let scene = scenes::load("cornell_box", &scenes::LoadOptions::default()).unwrap();
-    let excess = [2, 64].map(|rays| {
+    let off = [2, 64].map(|rays| {
         let settings = Radiosity { rays: Rays(rays), ..settings(216, Basis::Constant, Refinement::Even) };
         let solution = solved(&scene, 1, &settings);
-        println!("{rays} rays: sums from {:?}, {} rays in all", solution.report.closure, solution.report.rays);
-        solution.report.closure[1] - 1.0
+        println!("{rays} rays: sums from {:?}, {} rays in all", solution.report.unbalanced, solution.report.rays);
+        solution.report.unbalanced.map(|sum| (sum - 1.0).abs())
     });
-    assert!(excess[1] < 0.01 && excess[1] < 0.5 * excess[0], "{excess:?}");
+    assert!((0..2).all(|end| off[1][end] < 0.01 && off[1][end] < 0.5 * off[0][end]), "{off:?}");
 }
 
 /// Error estimates put elements where light varies: in a room lit by a small lamp near a corner, not on its dark sides.

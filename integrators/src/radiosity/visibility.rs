@@ -7,12 +7,15 @@
 //! stops early where all agree leans to the side on which they agree. Nor does it depend on the light, so that light adds up. Every pair has its own shift of the sequence, so that errors of different pairs
 //! have nothing to do with one another, and the mean over the pairs is right.
 
-use super::basis::functions;
+use super::basis::{Function, functions};
 use super::form_factor::{Coupling, Panel, coupling, kernel};
 use super::mesh::{Mesh, surface_point};
 use glam::DVec2;
 use sampling::fault;
+use sampling::math::Frame;
 use sampling::rng::{mix2, unit_f32};
+use sampling::vec2;
+use sampling::warp::cosine_hemisphere;
 use scenes::Scene;
 
 /// A form factor that takes as many rays again as one of nearly 0.
@@ -27,6 +30,9 @@ const CLOSE: f64 = 1.0;
 
 /// The generalised golden ratio in four dimensions, the root of `g⁵ = g + 1`, to the powers −1 to −4.
 const STEPS: [f64; 4] = [0.856_674_883_854_502_9, 0.733_891_856_627_1, 0.628_706_721_023_3, 0.538_597_254_172_7];
+
+/// What makes an element's rays other numbers than those of its pairs.
+const ESCAPE: u64 = u64::MAX;
 
 /// The coupling of two elements less what is hidden of it, found by so many rays where little is coupled, and the number of rays; `None`
 /// where neither faces the other.
@@ -78,9 +84,9 @@ impl Segments<'_> {
     fn take_off_hidden<const B: usize>(&self, of_x: &Panel, of_y: &Panel, coupling: &mut Coupling<B>) {
         let [x, y] = [self.elements.0, self.elements.1].map(|element| &self.mesh.elements()[element]);
         let (mut all, mut hidden, mut any) = (0.0, [[0.0; B]; B], false);
-        let shift: [f64; 4] = std::array::from_fn(|i| f64::from(unit_f32((mix2(self.shift, i as u64) >> 32) as u32)));
+        let shift = shift(self.shift);
         for number in 0..self.count {
-            let u: [f64; 4] = std::array::from_fn(|i| (shift[i] + f64::from(number) * STEPS[i]).fract());
+            let u = spread(&shift, number);
             let (s, t) = (of_x.part.point(on_triangle(u[0], u[1])), of_y.part.point(on_triangle(u[2], u[3])));
             let k = kernel(x.panel.point(s), x.panel.normal, y.panel.point(t), y.panel.normal);
             all += k;
@@ -104,6 +110,35 @@ impl Segments<'_> {
             sums.for_each(|(coupling, hidden)| *coupling -= hidden * scale);
         }
     }
+}
+
+/// What of the light that leaves an element by each of its functions meets no surface \[m²\], by so many rays: their origins are spread
+/// over the element and their directions by Lambert's law, both by one sequence of low discrepancy.
+pub fn escape(scene: &Scene, mesh: &Mesh, element: usize, rays: u32) -> Function {
+    let of = &mesh.elements()[element];
+    let (frame, weight) = (Frame::from_z(of.panel.normal.as_vec3()), of.panel.area / f64::from(rays));
+    let shift = shift(mix2(element as u64, ESCAPE));
+    let mut sum = [0.0; 3];
+    for number in 0..rays {
+        let [a, b, c, d] = spread(&shift, number);
+        let at = on_triangle(a, b);
+        let towards = frame.to_world(cosine_hemisphere(vec2(c as f32, d as f32)));
+        if !scene.occluded(&surface_point(mesh.facet(of), of, at).spawn(towards)) {
+            sum.iter_mut().zip(functions::<3>(at)).for_each(|(sum, f)| *sum += weight * f);
+        }
+    }
+    sum
+}
+
+/// Where a sequence begins.
+fn shift(seed: u64) -> [f64; 4] {
+    std::array::from_fn(|i| f64::from(unit_f32((mix2(seed, i as u64) >> 32) as u32)))
+}
+
+/// A point of it.
+#[inline]
+fn spread(shift: &[f64; 4], number: u32) -> [f64; 4] {
+    std::array::from_fn(|i| (shift[i] + f64::from(number) * STEPS[i]).fract())
 }
 
 /// A point of the unit square as coordinates on a triangle: both halves of the square are laid onto it \[Heitz19\].
