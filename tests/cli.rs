@@ -17,6 +17,8 @@ mod foreign;
 #[cfg(target_os = "linux")]
 mod judged;
 #[cfg(target_os = "linux")]
+mod reports;
+#[cfg(target_os = "linux")]
 mod series;
 #[cfg(target_os = "linux")]
 mod shards;

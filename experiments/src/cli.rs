@@ -6,7 +6,7 @@ mod shard_args;
 
 pub use args::{
     BenchArgs, BenchKind, BsdfArgs, ChangeArgs, ConvertArgs, DiffArgs, ImageArgs, ListArgs, ListKind, LpeArgs,
-    MeterArgs, RelightArgs, RenderArgs, ReplayArgs, RunArgs, SceneArgs, SpectrumArgs, VerifyArgs,
+    MeterArgs, RelightArgs, RenderArgs, ReplayArgs, ReportArgs, RunArgs, SceneArgs, SpectrumArgs, VerifyArgs,
 };
 
 pub use parse::MaxOrder;
@@ -18,8 +18,8 @@ use crate::progress::Verbosity;
 use crate::stop::Stop;
 use crate::{
     bench, bsdf, convert_command, diff_command, list_command, lpe_command, merge_command, meter_command, plan_command,
-    relight_command, render_command, replay_command, run_command, scene_command, spectrum_command, submit_command,
-    verify_command,
+    relight_command, render_command, replay_command, report_command, run_command, scene_command, spectrum_command,
+    submit_command, verify_command,
 };
 use clap::{Parser, Subcommand};
 use integrators::Methods;
@@ -51,6 +51,8 @@ pub enum Command {
     Merge(MergeArgs),
     /// Write what Slurm, GNU parallel, Snakemake or Kubernetes needs to run the shards that are missing, and the merge.
     Submit(SubmitArgs),
+    /// Make the report and the plots of finished results again, from what was rendered.
+    Report(ReportArgs),
     /// Render one scene with one method.
     Render(RenderArgs),
     /// Trace one sample of an image again, and print its paths vertex by vertex.
@@ -108,6 +110,7 @@ fn execute(cli: &Cli, methods: &Methods) -> Result<Status, Error> {
         Command::Plan(args) => plan_command::plan(args, methods, verbosity, &signals()?),
         Command::Merge(args) => merge_command::merge(args, methods, verbosity, &signals()?),
         Command::Submit(args) => submit_command::submit(args, methods, verbosity, &signals()?),
+        Command::Report(args) => report_command::report(args, methods, verbosity, &signals()?),
         Command::Render(args) => render_command::render(args, methods, verbosity, &signals()?),
         Command::Replay(args) => replay_command::replay(args, methods, verbosity),
         Command::Verify(args) => verify_command::verify(args, methods, verbosity, &signals()?),

@@ -56,6 +56,7 @@ pub mod render_command;
 pub mod replay;
 pub mod replay_command;
 pub mod report;
+pub mod report_command;
 pub mod result;
 pub mod run_command;
 pub mod runner;

@@ -55,6 +55,8 @@ pub fn manifest(
     Manifest {
         neumann: VERSION.to_owned(),
         program: program().clone(),
+        name: plan.name.clone(),
+        file: plan.file.clone(),
         command_line: std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect(),
         key: key(plan, &scenes, &methods),
         experiment: plan.experiment.clone(),

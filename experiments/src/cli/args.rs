@@ -86,6 +86,13 @@ pub struct RunArgs {
     pub allow_invalid: bool,
 }
 
+/// `neumann report`.
+#[derive(Clone, Debug, Args)]
+pub struct ReportArgs {
+    /// A folder that `neumann run` has written, such as results/comparison.
+    pub dir: PathBuf,
+}
+
 /// An image: which scene, by which method, of how many samples. Flags that several commands share.
 #[derive(Clone, Debug, Args)]
 pub struct ImageArgs {

@@ -187,6 +187,8 @@ mod tests {
         let manifest = Manifest {
             neumann: "0.1.0".to_owned(),
             program: Program::default(),
+            name: name.to_owned(),
+            file: None,
             command_line: vec![name.to_owned()],
             experiment: experiment.clone(),
             key: name.to_owned(),
