@@ -13,6 +13,7 @@ mod decompositions;
 #[cfg(target_os = "linux")]
 mod durable;
 mod evidence;
+mod figures;
 mod foreign;
 #[cfg(target_os = "linux")]
 mod judged;

@@ -3,6 +3,7 @@
 use crate::config::Experiment;
 use crate::export::{ExportError, write_atomically};
 use crate::machine::{VERSION, machine, timestamp};
+use crate::path_class;
 use crate::plan::{Plan, PlannedMethod, PlannedScene};
 use crate::program::program;
 use crate::result::{Manifest, MethodRecord, RenderRecord, SceneRecord};
@@ -41,6 +42,7 @@ pub fn manifest(
         skipped: s.scene.needs.skipped().into_iter().map(str::to_owned).collect(),
         notes: s.scene.notes.clone(),
         reference: reference_hash(plan, i).unwrap_or_default(),
+        missing: plan.methods_in(s).map(|m| (m.label.clone(), path_class::missing(&*m.method, &s.scene))).collect(),
         composites: s.chosen.iter().map(|chosen| (chosen.planned.label.clone(), chosen.choice.clone())).collect(),
     };
     let method = |m: &PlannedMethod| MethodRecord {

@@ -174,6 +174,7 @@ mod tests {
             notes: vec![name.to_owned()],
             reference: String::new(),
             composites: std::collections::BTreeMap::new(),
+            missing: std::collections::BTreeMap::new(),
         };
         let record = MethodRecord {
             label: name.to_owned(),

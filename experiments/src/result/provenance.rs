@@ -83,6 +83,9 @@ pub struct SceneRecord {
     /// The runs that were chosen for composites, by their labels.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub composites: BTreeMap<String, Choice>,
+    /// The light that methods cannot carry in it, in words, by their labels.
+    #[serde(default)]
+    pub missing: BTreeMap<String, Vec<String>>,
 }
 
 /// A method in the manifest.
