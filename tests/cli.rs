@@ -13,9 +13,12 @@ mod decompositions;
 #[cfg(target_os = "linux")]
 mod durable;
 mod evidence;
+mod figures;
 mod foreign;
 #[cfg(target_os = "linux")]
 mod judged;
+#[cfg(target_os = "linux")]
+mod reports;
 #[cfg(target_os = "linux")]
 mod series;
 #[cfg(target_os = "linux")]

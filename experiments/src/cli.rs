@@ -1,14 +1,16 @@
 //! The command line: what can be typed, and who answers it.
 
 mod args;
+mod desk_args;
 mod parse;
 mod shard_args;
 
 pub use args::{
-    BenchArgs, BenchKind, BsdfArgs, ChangeArgs, ConvertArgs, DiffArgs, ImageArgs, ListArgs, ListKind, LpeArgs,
-    MeterArgs, RelightArgs, RenderArgs, ReplayArgs, RunArgs, SceneArgs, SpectrumArgs, VerifyArgs,
+    BenchArgs, BenchKind, BsdfArgs, ChangeArgs, ConvertArgs, DiffArgs, ImageArgs, LpeArgs, MeterArgs, RelightArgs,
+    RenderArgs, ReplayArgs, RunArgs, SceneArgs, SpectrumArgs, VerifyArgs,
 };
 
+pub use desk_args::{CompletionsArgs, FigureArgs, ListArgs, ListKind, ManArgs, ReportArgs};
 pub use parse::MaxOrder;
 pub use shard_args::{MergeArgs, PlanArgs, SubmitArgs};
 
@@ -17,20 +19,29 @@ use crate::machine::VERSION;
 use crate::progress::Verbosity;
 use crate::stop::Stop;
 use crate::{
-    bench, bsdf, convert_command, diff_command, list_command, lpe_command, merge_command, meter_command, plan_command,
-    relight_command, render_command, replay_command, run_command, scene_command, spectrum_command, submit_command,
-    verify_command,
+    bench, bsdf, convert_command, diff_command, figure_command, list_command, lpe_command, manual_command,
+    merge_command, meter_command, plan_command, relight_command, render_command, replay_command, report_command,
+    run_command, scene_command, spectrum_command, submit_command, verify_command,
 };
 use clap::{Parser, Subcommand};
 use integrators::Methods;
 use std::io::Write;
 use std::process::ExitCode;
 
+/// What is shown after the help.
+const EXAMPLES: &str = "Examples:
+  neumann                                              the main job → results/comparison/report.html
+  neumann render glass_caustic -i bdpt -o caustic.exr  one image, its orders as layers
+  neumann run time_to_error --spp 16                   an experiment, in a small size
+  neumann verify my_scene.toml                         do the methods agree on it?
+  neumann figure results/comparison                    its plots for a paper
+  neumann list scenes                                  what can be named";
+
 /// Renders light order by order of the Neumann series, and measures which method does it best.
 ///
 /// Without a command: `neumann run comparison`.
 #[derive(Debug, Parser)]
-#[command(name = "neumann", version = VERSION, max_term_width = 120)]
+#[command(name = "neumann", version = VERSION, max_term_width = 120, after_help = EXAMPLES)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -51,6 +62,10 @@ pub enum Command {
     Merge(MergeArgs),
     /// Write what Slurm, GNU parallel, Snakemake or Kubernetes needs to run the shards that are missing, and the merge.
     Submit(SubmitArgs),
+    /// Make the report and the plots of finished results again, from what was rendered.
+    Report(ReportArgs),
+    /// Draw a figure for a paper, or all plots of results, as SVG, PDF and PNG.
+    Figure(FigureArgs),
     /// Render one scene with one method.
     Render(RenderArgs),
     /// Trace one sample of an image again, and print its paths vertex by vertex.
@@ -77,6 +92,10 @@ pub enum Command {
     Bench(BenchArgs),
     /// List what can be named.
     List(ListArgs),
+    /// Print what a shell needs to complete commands and flags.
+    Completions(CompletionsArgs),
+    /// Print the manual's page, or write those of all commands.
+    Man(ManArgs),
 }
 
 /// Runs the command line of this process with THE LIST of methods.
@@ -108,6 +127,8 @@ fn execute(cli: &Cli, methods: &Methods) -> Result<Status, Error> {
         Command::Plan(args) => plan_command::plan(args, methods, verbosity, &signals()?),
         Command::Merge(args) => merge_command::merge(args, methods, verbosity, &signals()?),
         Command::Submit(args) => submit_command::submit(args, methods, verbosity, &signals()?),
+        Command::Report(args) => report_command::report(args, methods, verbosity, &signals()?),
+        Command::Figure(args) => figure_command::figure(args, methods, verbosity),
         Command::Render(args) => render_command::render(args, methods, verbosity, &signals()?),
         Command::Replay(args) => replay_command::replay(args, methods, verbosity),
         Command::Verify(args) => verify_command::verify(args, methods, verbosity, &signals()?),
@@ -121,6 +142,8 @@ fn execute(cli: &Cli, methods: &Methods) -> Result<Status, Error> {
         Command::Lpe(args) => lpe_command::lpe(args),
         Command::Bench(args) => bench::bench(args),
         Command::List(args) => list_command::list(args, methods),
+        Command::Completions(args) => manual_command::completions(args),
+        Command::Man(args) => manual_command::man(args),
     }
 }
 

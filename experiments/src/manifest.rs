@@ -3,6 +3,7 @@
 use crate::config::Experiment;
 use crate::export::{ExportError, write_atomically};
 use crate::machine::{VERSION, machine, timestamp};
+use crate::path_class;
 use crate::plan::{Plan, PlannedMethod, PlannedScene};
 use crate::program::program;
 use crate::result::{Manifest, MethodRecord, RenderRecord, SceneRecord};
@@ -41,6 +42,7 @@ pub fn manifest(
         skipped: s.scene.needs.skipped().into_iter().map(str::to_owned).collect(),
         notes: s.scene.notes.clone(),
         reference: reference_hash(plan, i).unwrap_or_default(),
+        missing: plan.methods_in(s).map(|m| (m.label.clone(), path_class::missing(&*m.method, &s.scene))).collect(),
         composites: s.chosen.iter().map(|chosen| (chosen.planned.label.clone(), chosen.choice.clone())).collect(),
     };
     let method = |m: &PlannedMethod| MethodRecord {
@@ -55,6 +57,8 @@ pub fn manifest(
     Manifest {
         neumann: VERSION.to_owned(),
         program: program().clone(),
+        name: plan.name.clone(),
+        file: plan.file.clone(),
         command_line: std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect(),
         key: key(plan, &scenes, &methods),
         experiment: plan.experiment.clone(),

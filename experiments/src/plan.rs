@@ -14,11 +14,14 @@ use integrators::{
 };
 use sampling::sampler::SamplerKind;
 use scenes::{LoadOptions, Scene, Skip};
+use std::path::PathBuf;
 
 /// What will be run.
 pub struct Plan {
     /// The experiment's name.
     pub name: String,
+    /// Its file, from the root; `None` for a built-in.
+    pub file: Option<PathBuf>,
     /// What was asked, changes by flags included.
     pub experiment: Experiment,
     /// The scenes.
@@ -103,7 +106,8 @@ impl Plan {
         let scenes = planned_scenes(source, &experiment)?;
         let parts = experiment.parts().map_err(|(key, message)| source.blame(&key, message))?;
         let name = source.name.clone();
-        let mut plan = Self { name, experiment, scenes, methods, budget, parts, reference: None, metrics };
+        let file = source.path.as_ref().map(|path| std::path::absolute(path).unwrap_or_else(|_| path.clone()));
+        let mut plan = Self { name, file, experiment, scenes, methods, budget, parts, reference: None, metrics };
         plan.check_until().map_err(|message| source.blame("until", message))?;
         plan.check_support()?;
         plan.reference = PlannedReference::new(source, &plan.experiment, registry, (&plan.scenes, &plan.methods))?;

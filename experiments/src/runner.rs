@@ -281,6 +281,7 @@ impl Runner<'_> {
                 }
                 let (scene, label, what) = (&job.scene.name, &job.planned.label, &job.what);
                 let of = if what == IMAGE { String::new() } else { format!(", {what}") };
+                self.states.check_renders(&format!("{label} in {scene}{of}"))?;
                 let most = length.most(turn);
                 self.progress.say(format!("{scene}, {label}{of}, {} of {most}", replicate + 1));
                 let seconds = self.progress.during(job.work(), |report| job.run_replicate(report));

@@ -3,6 +3,7 @@
 use crate::config::Experiment;
 use crate::error::{Error, nearest, unknown};
 use integrators::in_plain_words;
+use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
@@ -50,12 +51,21 @@ impl Source {
         if let Some((name, text)) = LIBRARY.iter().find(|(name, _)| *name == name_or_path) {
             return Ok(Self { name: (*name).to_owned(), path: None, text: (*text).to_owned(), flags: Vec::new() });
         }
-        let path = Path::new(name_or_path);
-        if path.extension().is_none_or(|e| e != "toml") && !name_or_path.contains('/') {
+        if Path::new(name_or_path).extension().is_none_or(|e| e != "toml") && !name_or_path.contains('/') {
             let names: Vec<&str> = LIBRARY.iter().map(|(name, _)| *name).collect();
             return Err(Error::usage(format!("{}; or give a .toml file", unknown("experiment", name_or_path, &names))));
         }
-        let mend = "give an experiment's file, or one of the names that `neumann list experiments` shows";
+        Self::file(
+            Path::new(name_or_path),
+            "give an experiment's file, or one of the names that `neumann list experiments` shows",
+        )
+    }
+
+    /// A file; `mend` is what would help where it cannot be read.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub fn file(path: &Path, mend: &'static str) -> Result<Self, Error> {
         let failed = |source| Error::Io { action: "read", path: path.to_owned(), source, mend };
         let text = scenes::file::read_text(path).map_err(failed)?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -82,6 +92,14 @@ impl Source {
     /// # Errors
     /// If it is no TOML or no experiment, with the line and, for unknown keys, the nearest valid one.
     pub fn parse(&self) -> Result<Experiment, Error> {
+        self.parse_as()
+    }
+
+    /// Reads a file of another kind.
+    ///
+    /// # Errors
+    /// The same, if it is none of that kind.
+    pub fn parse_as<T: DeserializeOwned>(&self) -> Result<T, Error> {
         toml::from_str(&self.text).map_err(|e| {
             let line = e.span().map(|span| self.line_at(span.start));
             self.fault(line, with_nearest(e.message()))

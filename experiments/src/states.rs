@@ -9,7 +9,7 @@
 //! | 16 | `neumann state 1` and a line feed; 1 is the format |
 //! | 32 | the key |
 //! | 4 | complete replicates, little-endian as all that follows |
-//! | … | what [`Stored`] writes of the unit |
+//! | … | what [`integrators::state::Stored`] writes of the unit |
 //! | 32 | BLAKE3 of all the bytes before |
 //!
 //! A file is written beside its place, flushed to the disk and renamed, so that whatever ends the program leaves the old or the new
@@ -17,26 +17,25 @@
 
 use crate::error::Error;
 use crate::export::{write_atomically, write_streamed};
-use crate::machine::{VERSION, machine};
 use crate::manifest;
-use crate::plan::{PlannedMethod, PlannedScene};
-use crate::program::program;
 use crate::result::Manifest;
 use crate::shards::Shards;
-use integrators::state::{Stored, damaged};
-use integrators::{PartSettings, RenderSettings, Window};
+use file::{read_head, read_state};
 use pace::Pace;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
-use std::io::{self, BufReader, BufWriter, Read, Write};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
+pub use unit::{Unit, origin};
 
+mod file;
 mod pace;
+mod unit;
 
 /// The folder of the states, in that of the results.
 pub const FOLDER: &str = "state";
@@ -44,68 +43,26 @@ pub const FOLDER: &str = "state";
 const BEGUN: &str = "run.json";
 /// The samples that pilots chose.
 const CHOSEN: &str = "budget.json";
-const HEAD: &[u8; 16] = b"neumann state 1\n";
-const HASH: usize = blake3::OUT_LEN;
-/// Bytes that are hashed, read and written at once.
-const BUFFER: usize = 1 << 20;
 const MEND: &str =
     "make room there, or let it be written; the same command, without --fresh, then goes on from the last state";
 
-/// What a state is of: its file's name, and the hash of all that its numbers follow from.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Unit {
-    file: String,
-    key: blake3::Hash,
-}
+const AGAIN: &str = "`neumann run`, with the same flags and folder, renders what is missing";
 
-impl Unit {
-    /// A unit of work of this name, whose numbers follow from this program and `origin`.
-    pub fn new(name: &str, origin: &str) -> Self {
-        let machine = machine(0);
-        let key = format!("{VERSION} {:?}\n{} {}\n{name}\n{origin}", program(), machine.platform, machine.kernels);
-        let key = blake3::hash(key.as_bytes());
-        Self { file: format!("{name}-{}.state", &key.to_hex()[..8]), key }
-    }
-
-    /// A method at work in a scene whose camera has its size by now, to make `what` of it: images taken apart like this, or a
-    /// checkpoint's. What is noted of them follows from `judged_by` too.
-    pub fn of_render(
-        scene: &PlannedScene,
-        planned: &PlannedMethod,
-        settings: &RenderSettings,
-        parts: &PartSettings,
-        (what, judged_by): (&str, &str),
-    ) -> Self {
-        let origin = format!("{}\n{judged_by}", origin(scene, planned, settings, parts));
-        let name = format!("{}-{}-{what}", scene.name, planned.label);
-        Self::new(&name, &origin)
-    }
-
-    /// The hash of all that its numbers follow from.
-    pub fn key(&self) -> String {
-        self.key.to_hex().to_string()
-    }
-}
-
-/// All that the images of a method in a scene follow from, the program apart.
-pub fn origin(
-    scene: &PlannedScene,
-    planned: &PlannedMethod,
-    settings: &RenderSettings,
-    parts: &PartSettings,
-) -> String {
-    // The scene's hash knows nothing of its pixels.
-    let (width, height) = (scene.scene.camera.width(), scene.scene.camera.height());
-    let pixels = format!("{width}x{height} {:?}", Window::of(&scene.scene));
-    let method = format!("{} {}", planned.method.name(), planned.method.settings());
-    format!("{} {pixels}\n{method}\n{settings:?}\n{parts:?}", scene.scene.hash)
+/// What is done with states.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Keeping {
+    /// They are read and written.
+    All,
+    /// Those of finished results are read, whichever program has rendered them, and nothing else is done.
+    Finished,
+    /// There are none.
+    Nothing,
 }
 
 /// The states of a run.
 pub struct States {
     folder: PathBuf,
-    /// Whether anything is kept.
-    kept: bool,
+    keeping: Keeping,
     /// Where replicates are taken from, if they have been rendered apart.
     shards: Option<Arc<Shards>>,
     /// The files that belong to this run.
@@ -121,13 +78,22 @@ impl States {
         let folder = results.join(FOLDER);
         let chosen = scenes::file::read(&folder.join(CHOSEN)).ok().and_then(|text| serde_json::from_slice(&text).ok());
         let (used, chosen) = (BTreeSet::new(), chosen.unwrap_or_default());
-        Self { folder, kept: true, shards: None, used, chosen, pace: Pace::new(every) }
+        Self { folder, keeping: Keeping::All, shards: None, used, chosen, pace: Pace::new(every) }
+    }
+
+    /// Those that finished results were made from: all has been rendered, and is read again.
+    ///
+    /// A state of a unit is found by the unit's name alone, since another build of the program may have rendered it.
+    pub fn finished(results: &Path) -> Self {
+        let mut states = Self::open(results, None);
+        states.keeping = Keeping::Finished;
+        states
     }
 
     /// None at all: for runs that leave nothing behind.
     pub fn none() -> Self {
         let (used, chosen) = (BTreeSet::new(), BTreeMap::new());
-        Self { folder: PathBuf::new(), kept: false, shards: None, used, chosen, pace: Pace::new(None) }
+        Self { folder: PathBuf::new(), keeping: Keeping::Nothing, shards: None, used, chosen, pace: Pace::new(None) }
     }
 
     /// None, for a run whose replicates have been rendered apart.
@@ -203,11 +169,11 @@ impl States {
 
     /// Complete replicates of a unit, if there is a state of it.
     pub fn replicates(&self, unit: &Unit) -> Option<u32> {
-        if !self.kept {
+        if self.keeping != Keeping::All {
             return None;
         }
         let mut file = File::open(self.folder.join(&unit.file)).ok()?;
-        read_head(&mut file, unit).ok()
+        read_head(&mut file, Some(&unit.key)).ok()
     }
 
     /// Takes up the state of a unit, if there is one. A damaged one is set aside, and its unit rendered anew.
@@ -219,12 +185,14 @@ impl States {
         unit: &Unit,
         read: impl FnOnce(&mut dyn Read) -> io::Result<T>,
     ) -> Result<Option<T>, Error> {
-        if !self.kept {
-            return Ok(None);
+        match self.keeping {
+            Keeping::All => {}
+            Keeping::Finished => return self.load_finished(unit, read).map(Some),
+            Keeping::Nothing => return Ok(None),
         }
         self.used.insert(unit.file.clone());
         let path = self.folder.join(&unit.file);
-        match read_state(&path, unit, read) {
+        match read_state(&path, Some(&unit.key), read) {
             Ok(state) => Ok(Some(state)),
             Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(None),
             Err(e) if [io::ErrorKind::InvalidData, io::ErrorKind::UnexpectedEof].contains(&e.kind()) => {
@@ -238,6 +206,26 @@ impl States {
         }
     }
 
+    /// The state of a unit of finished results.
+    fn load_finished<T>(&self, unit: &Unit, read: impl FnOnce(&mut dyn Read) -> io::Result<T>) -> Result<T, Error> {
+        let files = fs::read_dir(&self.folder).into_iter().flatten().flatten();
+        let own = |entry: fs::DirEntry| unit.is_of(&entry.file_name().to_string_lossy()).then(|| entry.path());
+        let Some(path) = files.filter_map(own).next() else { return Err(self.lacks(&unit.name)) };
+        read_state(&path, None, read).map_err(|source| Error::Io { action: "read", path, source, mend: AGAIN })
+    }
+
+    /// Refuses to render where results are finished.
+    ///
+    /// # Errors
+    /// If they are, with what they lack.
+    pub fn check_renders(&self, what: &str) -> Result<(), Error> {
+        if self.keeping == Keeping::Finished { Err(self.lacks(what)) } else { Ok(()) }
+    }
+
+    fn lacks(&self, what: &str) -> Error {
+        Error::usage(format!("{} lacks what was rendered of {what}; {AGAIN}", self.folder.display()))
+    }
+
     /// Saves the state of a unit that has so many complete replicates.
     ///
     /// # Errors
@@ -248,20 +236,12 @@ impl States {
         replicates: u32,
         write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<(), Error> {
-        if !self.kept {
+        if self.keeping != Keeping::All {
             return Ok(());
         }
         let start = Instant::now();
         let path = self.folder.join(&unit.file);
-        let written = write_streamed(&path, |file| {
-            let mut body = BufWriter::with_capacity(BUFFER, Hashed { inner: file, hasher: blake3::Hasher::new() });
-            body.write_all(HEAD)?;
-            body.write_all(unit.key.as_bytes())?;
-            replicates.write(&mut body)?;
-            write(&mut body)?;
-            let Hashed { inner, hasher } = body.into_inner()?;
-            inner.write_all(hasher.finalize().as_bytes())
-        });
+        let written = write_streamed(&path, |file| file::write_state(file, (&unit.key, replicates), write));
         written.map_err(|source| self.failed("write", &path, source))?;
         self.pace.saved(start.elapsed().as_secs_f64());
         Ok(())
@@ -269,7 +249,7 @@ impl States {
 
     /// Whether it is time to save what has been rendered, after so many more seconds of work.
     pub fn due(&mut self, seconds: f64) -> bool {
-        self.kept && self.pace.due(seconds)
+        self.keeping == Keeping::All && self.pace.due(seconds)
     }
 
     /// What a pilot has chosen for a unit, such as the samples of a replicate; if none has, what `pilot` chooses now.
@@ -281,14 +261,18 @@ impl States {
         unit: &Unit,
         pilot: impl FnOnce() -> Result<T, Error>,
     ) -> Result<T, Error> {
-        if !self.kept {
+        if self.keeping == Keeping::Nothing {
             return pilot();
         }
         self.used.insert(unit.file.clone());
-        let kept = self.chosen.get(&unit.file).cloned();
+        let finished = self.keeping == Keeping::Finished;
+        let mut kept =
+            self.chosen.iter().filter(|(file, _)| if finished { unit.is_of(file) } else { **file == unit.file });
+        let kept = kept.next().map(|(_, kept)| kept.clone());
         if let Some(chosen) = kept.and_then(|kept| serde_json::from_value(kept).ok()) {
             return Ok(chosen);
         }
+        self.check_renders(&unit.name)?;
         let chosen = pilot()?;
         self.chosen.insert(unit.file.clone(), serde_json::to_value(&chosen).unwrap_or_default());
         self.write_chosen()?;
@@ -326,60 +310,11 @@ fn is_ours(name: &str) -> bool {
 impl Drop for States {
     /// Removes a folder in which no work was saved.
     fn drop(&mut self) {
-        if self.kept && !self.hold_work() {
+        if self.keeping == Keeping::All && !self.hold_work() {
             // What cannot be removed does no harm.
             let _ = fs::remove_file(self.folder.join(BEGUN));
             let _ = fs::remove_dir(&self.folder);
         }
-    }
-}
-
-/// Reads a state, once all of its bytes have been found to be what was written.
-fn read_state<T>(path: &Path, unit: &Unit, read: impl FnOnce(&mut dyn Read) -> io::Result<T>) -> io::Result<T> {
-    let file = File::open(path)?;
-    let length = file.metadata()?.len().checked_sub(HASH as u64).ok_or_else(|| damaged("it ends too early"))?;
-    let mut hasher = blake3::Hasher::new();
-    io::copy(&mut (&file).take(length), &mut hasher)?;
-    let mut hash = [0; HASH];
-    (&file).read_exact(&mut hash)?;
-    if hasher.finalize() != blake3::Hash::from_bytes(hash) {
-        return Err(damaged("its hash does not fit its bytes"));
-    }
-    let mut body = BufReader::with_capacity(BUFFER, File::open(path)?).take(length);
-    read_head(&mut body, unit)?;
-    let state = read(&mut body)?;
-    match body.limit() {
-        0 => Ok(state),
-        _ => Err(damaged("it is longer than it should be")),
-    }
-}
-
-/// Reads what stands before a unit's own bytes; gives the number of replicates.
-fn read_head(from: &mut dyn Read, unit: &Unit) -> io::Result<u32> {
-    let (mut head, mut key) = ([0; HEAD.len()], [0; HASH]);
-    from.read_exact(&mut head)?;
-    from.read_exact(&mut key)?;
-    if head != *HEAD || key != *unit.key.as_bytes() {
-        return Err(damaged("it is no state of this format and key"));
-    }
-    u32::read(from)
-}
-
-/// Passes bytes on, and hashes them.
-struct Hashed<'a> {
-    inner: &'a mut File,
-    hasher: blake3::Hasher,
-}
-
-impl Write for Hashed<'_> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let written = self.inner.write(bytes)?;
-        self.hasher.update(&bytes[..written]);
-        Ok(written)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.inner.flush()
     }
 }
 

@@ -168,12 +168,63 @@ impl Browser {
         self.ask("Input.dispatchMouseEvent", wheel);
     }
 
+    /// Has a screen that is touched.
+    pub fn touches(&mut self) {
+        self.ask("Emulation.setTouchEmulationEnabled", json!({"enabled": true, "maxTouchPoints": 2}));
+    }
+
+    /// Puts fingers down, moves them along these places and lifts them.
+    pub fn touch<const N: usize>(&mut self, paths: &[[(f64, f64); N]]) {
+        for (i, places) in paths.iter().enumerate() {
+            let kind = if i == 0 { "touchStart" } else { "touchMove" };
+            let points: Vec<Value> =
+                places.iter().enumerate().map(|(id, (x, y))| json!({"x": x, "y": y, "id": id})).collect();
+            self.ask("Input.dispatchTouchEvent", json!({"type": kind, "touchPoints": points}));
+        }
+        self.ask("Input.dispatchTouchEvent", json!({"type": "touchEnd", "touchPoints": []}));
+    }
+
+    /// Shows the page as it is printed.
+    pub fn print(&mut self) {
+        self.ask("Emulation.setEmulatedMedia", json!({"media": "print"}));
+    }
+
+    /// The printed pages as a PDF file.
+    pub fn pages(&mut self) -> Vec<u8> {
+        let pages = self.ask("Page.printToPDF", json!({"paperWidth": 8.27, "paperHeight": 11.69}));
+        decoded(pages["data"].as_str().unwrap())
+    }
+
+    /// Opens a file with scripts switched off.
+    pub fn without_scripts(&mut self, path: &Path) {
+        self.ask("Emulation.setScriptExecutionDisabled", json!({"value": true}));
+        self.ask("Page.navigate", json!({"url": format!("file://{}", path.display())}));
+        self.wait("document.readyState === 'complete' && document.querySelector('.pictures')");
+    }
+
     /// What the console had to say of errors and warnings since the last call.
     pub fn complaints(&mut self) -> Vec<String> {
         // What came before an answer has been noted.
         self.value("0");
         std::mem::take(&mut self.complaints)
     }
+}
+
+/// The bytes of base64.
+fn decoded(text: &str) -> Vec<u8> {
+    let digit = |c: u8| match c {
+        b'A'..=b'Z' => c - b'A',
+        b'a'..=b'z' => c - b'a' + 26,
+        b'0'..=b'9' => c - b'0' + 52,
+        b'+' => 62,
+        _ => 63,
+    };
+    let digits: Vec<u8> = text.bytes().filter(|&c| c != b'=').map(digit).collect();
+    let group = |four: &[u8]| {
+        let bits = four.iter().fold(0_u32, |bits, &d| bits << 6 | u32::from(d)) << (6 * (4 - four.len()));
+        bits.to_be_bytes()[1..four.len()].to_vec()
+    };
+    digits.chunks(4).flat_map(group).collect()
 }
 
 impl Drop for Browser {

@@ -10,7 +10,7 @@ use crate::parts;
 use crate::relight_command::{self, Dimmer};
 use crate::settings::Assignment;
 use crate::shards::ShardChoice;
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{Args, Subcommand};
 use integrators::{PathClass, Window};
 use std::path::PathBuf;
 
@@ -385,28 +385,4 @@ pub enum BenchKind {
         #[arg(long, value_name = "S", default_value_t = 0)]
         seed: u64,
     },
-}
-
-/// `neumann list`.
-#[derive(Clone, Debug, Args)]
-pub struct ListArgs {
-    /// What to list [default: everything].
-    pub kind: Option<ListKind>,
-}
-
-/// What can be listed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ListKind {
-    /// Ways to estimate the orders.
-    Methods,
-    /// Scattering models.
-    Bsdfs,
-    /// Built-in scenes.
-    Scenes,
-    /// Built-in experiments.
-    Experiments,
-    /// Where random numbers come from.
-    Samplers,
-    /// How pixels weight the light around them.
-    Filters,
 }

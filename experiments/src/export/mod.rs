@@ -1,5 +1,5 @@
 //! What leaves the program: [`exr`] for measurements with all their layers, [`png`] for pictures to look at (with [`tone`],
-//! from light to screen, and [`pyramid`], the sheet of strategies), [`markup`] for SVG and HTML; [`notation`] says how orders are written.
+//! from light to screen, and [`pyramid`], the sheet of strategies), [`markup`] for SVG and HTML, [`vector`] for drawings in papers; [`notation`] says how orders are written.
 //!
 //! Every file is written under a temporary name in the folder where it belongs, flushed to the disk and renamed, so that a
 //! reader, or a machine that loses power, finds either the old file or the whole new one.
@@ -13,6 +13,7 @@ pub mod pyramid;
 #[cfg(test)]
 pub(crate) mod testing;
 pub mod tone;
+pub mod vector;
 
 use std::fs::File;
 use std::io::Write;

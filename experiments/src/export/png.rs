@@ -65,11 +65,25 @@ impl Picture {
     /// # Errors
     /// A sentence, if the picture has no pixels or more than a PNG file can have.
     pub fn encode(&self) -> Result<Vec<u8>, String> {
+        self.encoded(None)
+    }
+
+    /// The same for a picture of so many pixels to an inch.
+    ///
+    /// # Errors
+    /// Those of [`Picture::encode`].
+    pub fn encode_at(&self, dpi: f32) -> Result<Vec<u8>, String> {
+        let per_metre = (dpi / 0.0254).round() as u32;
+        self.encoded(Some(png::PixelDimensions { xppu: per_metre, yppu: per_metre, unit: png::Unit::Meter }))
+    }
+
+    fn encoded(&self, dimensions: Option<png::PixelDimensions>) -> Result<Vec<u8>, String> {
         let [width, height] = [self.width, self.height].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, width, height);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_pixel_dims(dimensions);
         encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
         let written = encoder.write_header().and_then(|mut writer| {
             writer.write_image_data(&self.rgb)?;

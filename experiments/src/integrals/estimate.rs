@@ -93,6 +93,7 @@ fn checkpoints(
         if stop.signal().is_some() {
             break;
         }
+        states.check_renders(&format!("integrals by {sampler}"))?;
         progress.say(format!("integrals, {sampler} at {samples} samples"));
         let checkpoint =
             progress.during(work(settings, samples), |_| checkpoint(integrals, sampler, settings, samples, seed));

@@ -3,7 +3,7 @@
 //! Text and lines take the page's colour (`currentColor`), so that the same file serves light and dark pages; a file on
 //! its own brings a style that follows the reader's preference.
 
-use super::pen::{STYLE, Sheet, colour, coordinates, file, line, mark, rounded};
+use super::pen::{STYLE, Sheet, Size, colour, coordinates, file, line, mark, rounded};
 use super::scale::{LogScale, drawable, label};
 use crate::export::markup::{Attributes, Markup};
 use crate::export::notation::{brief, listed};
@@ -61,8 +61,8 @@ pub struct Chart {
     pub series: Vec<Series>,
 }
 
-const HEIGHT: f64 = 280.0;
-const WIDTH: f64 = 430.0;
+/// What charts of reports have.
+const SIZE: Size = Size { width: 430.0, height: 280.0 };
 const TOP: f64 = 46.0;
 const BOTTOM: f64 = 40.0;
 const LEFT: f64 = 50.0;
@@ -74,12 +74,17 @@ const MAX_LABEL: usize = 28;
 impl Chart {
     /// The chart as a file of its own.
     pub fn file(&self) -> String {
-        file(&self.svg(Some(STYLE)))
+        file(&self.svg(SIZE, Some(STYLE)))
+    }
+
+    /// The chart of any size, in black, as a text of SVG.
+    pub fn printed(&self, size: Size) -> Markup {
+        self.svg(size, None)
     }
 
     /// The chart as a part of a page, in the page's colour.
     pub fn inline(&self) -> Markup {
-        self.svg(None)
+        self.svg(SIZE, None)
     }
 
     /// The points that could not be drawn, by series, as `path at E and TE`; the series' name alone where it has no others.
@@ -99,16 +104,16 @@ impl Chart {
         self.series.iter().filter_map(describe).collect()
     }
 
-    fn svg(&self, style: Option<&'static str>) -> Markup {
+    fn svg(&self, size: Size, style: Option<&'static str>) -> Markup {
         let description = format!("{}. Vertical axis: {}.", self.title, self.vertical);
-        Sheet { label: &description, size: (WIDTH, HEIGHT), font_size: 12, style }.draw(|m| {
+        Sheet { label: &description, size: (size.width, size.height), font_size: 12, style }.draw(|m| {
             m.line("text", &[("x", &8), ("y", &17), ("font-size", &14), ("font-weight", &600)], &self.title);
             m.line("text", &[("x", &8), ("y", &34), ("font-size", &11), ("opacity", &0.75)], &self.vertical);
-            match Plot::of(self) {
+            match Plot::of(self, size) {
                 Some(plot) => plot.draw(m),
                 None => m.line(
                     "text",
-                    &[("x", &8), ("y", &(HEIGHT / 2.0))],
+                    &[("x", &8), ("y", &(size.height / 2.0))],
                     "There is nothing that a logarithmic axis could show.",
                 ),
             }
@@ -121,11 +126,12 @@ struct Plot<'a> {
     chart: &'a Chart,
     vertical: LogScale,
     horizontal: Option<LogScale>,
+    size: Size,
     right: f64,
 }
 
 impl<'a> Plot<'a> {
-    fn of(chart: &'a Chart) -> Option<Self> {
+    fn of(chart: &'a Chart, size: Size) -> Option<Self> {
         let points = || chart.series.iter().flat_map(|s| &s.points).filter(|p| drawable(p.y));
         let values = LogScale::around(points().map(|p| p.y))?;
         // Intervals widen the axis, but not beyond a decade: one that reaches down to zero would squeeze all else flat.
@@ -137,7 +143,7 @@ impl<'a> Plot<'a> {
             Horizontal::Terms { .. } => None,
         };
         let longest = chart.series.iter().map(|s| shortened(&s.label).chars().count()).max().unwrap_or(0);
-        Some(Self { chart, vertical, horizontal, right: WIDTH - 26.0 - longest as f64 * CHARACTER })
+        Some(Self { chart, vertical, horizontal, size, right: size.width - 26.0 - longest as f64 * CHARACTER })
     }
 
     fn x(&self, x: f64) -> f64 {
@@ -150,7 +156,8 @@ impl<'a> Plot<'a> {
     }
 
     fn y(&self, y: f64) -> f64 {
-        HEIGHT - BOTTOM - self.vertical.position(y) * (HEIGHT - BOTTOM - TOP)
+        let bottom = self.size.height - BOTTOM;
+        bottom - self.vertical.position(y) * (bottom - TOP)
     }
 
     fn draw(&self, m: &mut Markup) {
@@ -176,7 +183,7 @@ impl<'a> Plot<'a> {
     }
 
     fn draw_horizontal_axis(&self, m: &mut Markup) {
-        let bottom = HEIGHT - BOTTOM;
+        let bottom = self.size.height - BOTTOM;
         line(m, (LEFT, bottom), (self.right, bottom), 0.6);
         let mut tick = |x: f64, text: Option<&str>| {
             let x = rounded(x);
@@ -204,7 +211,7 @@ impl<'a> Plot<'a> {
                 let middle = rounded((LEFT + self.right) / 2.0);
                 let at: Attributes = &[
                     ("x", &middle),
-                    ("y", &(HEIGHT - 6.0)),
+                    ("y", &(self.size.height - 6.0)),
                     ("text-anchor", &"middle"),
                     ("font-size", &11),
                     ("opacity", &0.75),
@@ -281,7 +288,8 @@ impl<'a> Plot<'a> {
         let last = |s: &'a Series| s.points.iter().rev().find(|p| drawable(p.y)).map(|p| (self.y(p.y), p, s));
         let mut labels: Vec<_> = self.chart.series.iter().filter_map(last).collect();
         labels.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let ys = spread(&labels.iter().map(|l| l.0).collect::<Vec<_>>(), LABEL_LINE, TOP + 4.0, HEIGHT - BOTTOM);
+        let ys =
+            spread(&labels.iter().map(|l| l.0).collect::<Vec<_>>(), LABEL_LINE, TOP + 4.0, self.size.height - BOTTOM);
         for ((from, point, series), y) in labels.into_iter().zip(ys) {
             let (x, y) = (rounded(self.right + 6.0), rounded(y));
             let start = rounded(self.x(point.x) + 4.0);

@@ -10,6 +10,18 @@ const FONT: &str = "system-ui, 'DejaVu Sans', sans-serif";
 /// The style of a plot that is a file of its own; in a page it has the page's colour.
 pub const STYLE: &str = ".neumann-plot{color:#1b1d21}@media(prefers-color-scheme:dark){.neumann-plot{color:#e6e8ec}}";
 
+/// The colour of letters and lines on paper.
+pub const INK: &str = "#1b1d21";
+
+/// Width and height of a drawing \[SVG units\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Size {
+    /// From left to right.
+    pub width: f64,
+    /// From top to bottom.
+    pub height: f64,
+}
+
 /// What a drawing is made on.
 pub struct Sheet<'a> {
     /// What it tells those who can't see it.
@@ -53,6 +65,18 @@ impl Sheet<'_> {
 /// A drawing as the text of a file.
 pub fn file(drawing: &Markup) -> String {
     format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{}\n", drawing.as_str())
+}
+
+/// A file of [`file`] for paper: in the colour of ink, and as many millimetres wide.
+pub fn printed(svg: &str, width: f64) -> String {
+    let drawing = svg.replacen(&format!("<style>{STYLE}</style>"), "", 1);
+    let drawing = drawing.split_once("?>").map_or(drawing.as_str(), |(_, drawing)| drawing);
+    let size = |name: &str| drawing.split(&format!(" {name}=\"")).nth(1)?.split('"').next()?.parse::<f64>().ok();
+    let (Some(w), Some(h)) = (size("width"), size("height")) else { return svg.to_owned() };
+    let height = width * h / w;
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{width}mm\" height=\"{height}mm\" color=\"{INK}\">{drawing}</svg>"
+    )
 }
 
 /// The colour of a series.

@@ -174,6 +174,7 @@ mod tests {
             notes: vec![name.to_owned()],
             reference: String::new(),
             composites: std::collections::BTreeMap::new(),
+            missing: std::collections::BTreeMap::new(),
         };
         let record = MethodRecord {
             label: name.to_owned(),
@@ -187,6 +188,8 @@ mod tests {
         let manifest = Manifest {
             neumann: "0.1.0".to_owned(),
             program: Program::default(),
+            name: name.to_owned(),
+            file: None,
             command_line: vec![name.to_owned()],
             experiment: experiment.clone(),
             key: name.to_owned(),

@@ -6,6 +6,7 @@ use sampling::sampler::SamplerKind;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 /// Where results come from: enough to make them again.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -15,6 +16,12 @@ pub struct Manifest {
     /// The program.
     #[serde(default)]
     pub program: Program,
+    /// The experiment's name.
+    #[serde(default)]
+    pub name: String,
+    /// Its file; `None` for a built-in.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
     /// The whole command line.
     pub command_line: Vec<String>,
     /// The experiment as it ran, changes by flags included.
@@ -76,6 +83,9 @@ pub struct SceneRecord {
     /// The runs that were chosen for composites, by their labels.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub composites: BTreeMap<String, Choice>,
+    /// The light that methods cannot carry in it, in words, by their labels.
+    #[serde(default)]
+    pub missing: BTreeMap<String, Vec<String>>,
 }
 
 /// A method in the manifest.

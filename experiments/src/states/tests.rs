@@ -1,4 +1,5 @@
 use super::*;
+use integrators::state::Stored;
 use tempfile::TempDir;
 
 fn states() -> (TempDir, States) {
