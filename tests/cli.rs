@@ -80,7 +80,8 @@ pub fn refused(folder: &Path, arguments: &[&str], words: &[&str]) {
     let output = neumann(folder, arguments);
     let message = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
-    assert_eq!(message.matches("error:").count(), 1, "{arguments:?}: {message}");
+    let errors = message.lines().filter(|line| line.starts_with("error:")).count();
+    assert_eq!(errors, 1, "{arguments:?}: {message}");
     assert!(!message.contains("panicked"), "{arguments:?}: {message}");
     for word in words {
         assert!(message.contains(word), "{arguments:?} should say `{word}`: {message}");

@@ -94,7 +94,8 @@ pub use scenes::nearest;
 /// The sentence about an unknown name: `there is no KIND NAME; did you mean NEAREST? (KINDs: …)`.
 pub fn unknown(kind: &str, name: &str, names: &[&str]) -> String {
     let meant = nearest(name, names).map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
-    format!("there is no {kind} `{name}`{meant} ({kind}s: {})", names.join(", "))
+    let kinds = kind.strip_suffix('y').map_or(format!("{kind}s"), |stem| format!("{stem}ies"));
+    format!("there is no {kind} `{name}`{meant} ({kinds}: {})", names.join(", "))
 }
 
 #[cfg(test)]

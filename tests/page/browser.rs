@@ -5,12 +5,16 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// The longest that an answer, or what is waited for, may take.
 const PATIENCE: Duration = Duration::from_secs(120);
 const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
+
+/// One browser runs at a time: it has processes enough to keep a machine busy, and pages of several wait for one another.
+static ALONE: Mutex<()> = Mutex::new(());
 
 /// A browser with one page, which is closed when it is dropped.
 pub struct Browser {
@@ -21,6 +25,7 @@ pub struct Browser {
     last: u64,
     complaints: Vec<String>,
     _profile: TempDir,
+    _alone: MutexGuard<'static, ()>,
 }
 
 /// The browser's program: NEUMANN_BROWSER, or the first of the usual names that is found.
@@ -39,6 +44,7 @@ impl Browser {
             println!("skipped: no browser; .ci/browser installs one, or set NEUMANN_BROWSER");
             return None;
         };
+        let alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
         let profile = tempfile::tempdir().unwrap();
         // It reads from descriptor 3 and writes to descriptor 4.
         let mut process = Command::new("sh")
@@ -61,8 +67,16 @@ impl Browser {
                 }
             }
         });
-        let mut browser =
-            Self { process, input, answers, session: None, last: 0, complaints: Vec::new(), _profile: profile };
+        let mut browser = Self {
+            process,
+            input,
+            answers,
+            session: None,
+            last: 0,
+            complaints: Vec::new(),
+            _profile: profile,
+            _alone: alone,
+        };
         let Some(target) = browser.answer("Target.createTarget", json!({"url": "about:blank"})) else {
             println!("skipped: the browser is there, but does not start");
             return None;

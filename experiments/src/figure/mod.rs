@@ -1,4 +1,4 @@
-//! Figures for papers: [`file`] says what a figure's file may hold, [`crops`] sets images side by side with enlarged parts, [`numbers`]
+//! Figures for papers: [`mod@file`] says what a figure's file may hold, [`crops`] sets images side by side with enlarged parts, [`numbers`]
 //! has the errors that stand below them, [`plots`] draws what records tell.
 
 pub mod crops;

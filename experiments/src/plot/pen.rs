@@ -67,7 +67,7 @@ pub fn file(drawing: &Markup) -> String {
     format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{}\n", drawing.as_str())
 }
 
-/// A file of [`file`] for paper: in the colour of ink, and as many millimetres wide.
+/// A file of [`file()`] for paper: in the colour of ink, and as many millimetres wide.
 pub fn printed(svg: &str, width: f64) -> String {
     let drawing = svg.replacen(&format!("<style>{STYLE}</style>"), "", 1);
     let drawing = drawing.split_once("?>").map_or(drawing.as_str(), |(_, drawing)| drawing);

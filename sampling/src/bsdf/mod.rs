@@ -80,7 +80,7 @@ pub use oren_nayar::{OrenNayar, OrenNayarForm};
 pub use parameter::{Argument, Arguments, Domain, MAX_PARAMETERS, Misfit, Parameter, Preset};
 pub use phong::Phong;
 pub use plastic::Plastic;
-pub use principled::{Principled, PrincipledSettings};
+pub use principled::{Principled, PrincipledSettings, Tints};
 pub use rough_conductor::RoughConductor;
 pub use rough_dielectric::RoughDielectric;
 pub use rough_plastic::RoughPlastic;
