@@ -18,11 +18,13 @@ use crate::stress::{self, Amount, Stressed};
 use crate::subject::small_size;
 use crate::{budget, runner};
 use integrators::{Methods, composite};
+use meters::Metered;
 use scenes::{LoadOptions, Skip};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use words::{in_words, sentence};
 
+mod meters;
 mod words;
 
 /// The last order where neither the command line nor the scene names one.
@@ -45,6 +47,8 @@ struct Findings {
     /// Non-finite samples of each method.
     invalid: BTreeMap<String, u64>,
     pairs: Vec<Pair>,
+    /// The irradiance of every order at a point, where it is known.
+    meters: Vec<Metered>,
     /// What other units and places do to it; only if that was asked for.
     stress: Vec<Stressed>,
     holds: bool,
@@ -105,8 +109,10 @@ fn one(
     let (mut plan, left_out) = while_loading(verbosity, || plan(scene, args, methods))?;
     let results = runner::run(&mut plan, &mut States::none(), verbosity, stop)?.methods;
     let rows = agreement::compare(&results.iter().collect::<Vec<_>>());
+    let methods: Vec<_> = plan.methods.iter().map(|planned| &*planned.method).collect();
+    let meters = meters::meters(scene, &methods, (plan.experiment.max_order, args.replicates, args.seed), stop)?;
     let stress = if args.stress { stressed(scene, args, plan, &results, verbosity, stop)? } else { Vec::new() };
-    Ok(findings(&results, &rows, left_out, stress))
+    Ok(findings(&results, &rows, left_out, meters, stress))
 }
 
 /// What other units and places do to a scene, by the methods that were compared and a quarter of their samples.
@@ -183,7 +189,13 @@ fn plan(scene: &str, args: &VerifyArgs, methods: &Methods) -> Result<(Plan, Vec<
     Ok((Plan::new(&Source::of_command("verify"), experiment, methods)?, left_out))
 }
 
-fn findings(results: &[MethodResult], rows: &[AgreementRow], left_out: Vec<String>, stress: Vec<Stressed>) -> Findings {
+fn findings(
+    results: &[MethodResult],
+    rows: &[AgreementRow],
+    left_out: Vec<String>,
+    meters: Vec<Metered>,
+    stress: Vec<Stressed>,
+) -> Findings {
     let pairs: Vec<Pair> = rows.iter().map(pair).collect();
     let named = |value: &dyn Fn(&MethodResult) -> Option<Vec<String>>| {
         results.iter().filter_map(|r| Some((r.label.clone(), value(r)?))).collect::<BTreeMap<_, _>>()
@@ -191,7 +203,7 @@ fn findings(results: &[MethodResult], rows: &[AgreementRow], left_out: Vec<Strin
     let invalid: BTreeMap<String, u64> =
         results.iter().map(|r| (r.label.clone(), r.measurement.invalid.iter().sum())).collect();
     let agree = rows.iter().all(|row| row.verdict != Verdict::Differ) && invalid.values().all(|&n| n == 0);
-    let holds = agree && stress.iter().all(|row| row.holds);
+    let holds = agree && meters.iter().all(|row| row.holds) && stress.iter().all(|row| row.holds);
     let first = results.first();
     Findings {
         scene: first.map(|r| r.scene.clone()).unwrap_or_default(),
@@ -205,6 +217,7 @@ fn findings(results: &[MethodResult], rows: &[AgreementRow], left_out: Vec<Strin
         sentence: sentence(rows, &invalid),
         invalid,
         pairs,
+        meters,
         stress,
         holds,
     }

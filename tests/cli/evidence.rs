@@ -18,6 +18,18 @@ fn a_scene_is_verified_in_words_and_in_json() {
     let furnace =
         succeed(folder.path(), &["-q", "verify", "furnace", "--size", "4x4", "--max-order", "1", "--spp", "32"]);
     assert!(furnace.contains("bdpt – exact"), "{furnace}");
+    assert!(furnace.contains("irradiance [W/m²] of orders 0 to 1 is that of the closed form by"), "{furnace}");
+    let metered: Value = serde_json::from_str(&succeed(
+        folder.path(),
+        &["-q", "verify", "integrating_sphere", "--size", "4x4", "--max-order", "2", "--spp", "32", "--json"],
+    ))
+    .unwrap();
+    let meters = metered[0]["meters"].as_array().unwrap();
+    for method in ["path", "light", "bdpt"] {
+        let own: Vec<&Value> = meters.iter().filter(|m| m["method"] == method).collect();
+        assert!(own.len() == 3 && own.iter().all(|m| m["exact"].as_f64().unwrap() > 0.0), "{method}: {meters:?}");
+    }
+    assert_eq!(findings[0]["meters"], Value::Array(Vec::new()), "a room without a closed form");
     let stressed = succeed(folder.path(), &[&options[..], &["--stress"]].concat());
     assert!(stressed.contains("the same to the bit when it is 2^-20"), "{stressed}");
     refused(folder.path(), &["verify", "rom.toml"], &["rom.toml", "room.toml"]);

@@ -1,6 +1,6 @@
 //! What was found in a scene, for people to read.
 
-use super::{Findings, Pair};
+use super::{Findings, Pair, meters};
 use crate::export::notation::{enumerated, listed};
 use crate::result::{AgreementRow, Verdict};
 use crate::stress;
@@ -182,7 +182,7 @@ pub(super) fn in_words(f: &Findings) -> String {
         .iter()
         .filter(|reason| !reason.starts_with("exact:"))
         .for_each(|reason| text += &format!("  left out: {reason}\n"));
-    text + "  " + &f.sentence + "\n" + &stress::in_words(&f.stress) + "\n"
+    text + "  " + &f.sentence + "\n" + &meters::in_words(&f.meters) + &stress::in_words(&f.stress) + "\n"
 }
 
 fn cell(pair: &Pair) -> String {
