@@ -224,6 +224,12 @@ impl SceneBuilder {
         self.shapes[shape.0 as usize].label = Some(label.into());
     }
 
+    /// Whether nothing emits so far.
+    pub(crate) fn is_dark(&self) -> bool {
+        let others = [self.points.len(), self.spots.len(), self.directionals.len(), self.environments.len()];
+        others == [0; 4] && self.shapes.iter().all(|shape| shape.emission.is_none())
+    }
+
     /// Makes a shape emit.
     pub fn emit(&mut self, shape: ShapeId, emission: Emission) {
         self.shapes[shape.0 as usize].emission = Some(emission);

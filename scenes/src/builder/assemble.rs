@@ -23,7 +23,7 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
     builder.notes.extend(unplaced.collect::<Vec<_>>());
     let (direct, kept) = sorted_out(&mut builder, copies, &kept);
     let kept: Vec<Kept> = kept.into_iter().map(Kept::new).collect();
-    let placed = instances.iter().map(|placed| kept[placed.kept].extent_under(&placed.transform));
+    let placed = instances.iter().map(|placed| under(kept[placed.kept].extent, &placed.transform));
     let shift = recentring(direct.iter().map(Shape::extent).chain(placed));
     let settings = builder.camera.expect("checked");
     let camera = Camera::new(&settings, shift)?;
@@ -136,6 +136,21 @@ fn surrounding(environment: &Environment, bounds: BoundingSphere) -> Result<Emit
     }
 }
 
+impl SceneBuilder {
+    /// The lowest and the highest coordinates of what was given so far \[m\]; infinite of nothing.
+    ///
+    /// # Errors
+    /// If groups are not placed as they can be.
+    pub(crate) fn extent(&self) -> Result<(DVec3, DVec3), SceneError> {
+        let Expansion { kept, instances, copies } = expand(self)?;
+        let groups: Vec<_> =
+            kept.iter().map(|list| union(list.iter().map(|&index| self.shapes[index].extent()))).collect();
+        let placed = instances.iter().map(|placed| under(groups[placed.kept], &placed.transform));
+        let direct = self.shapes.iter().filter(|shape| shape.group.is_none());
+        Ok(union(direct.chain(&copies).map(Shape::extent).chain(placed)))
+    }
+}
+
 /// Shapes that are kept once.
 struct Kept {
     shapes: Vec<Shape>,
@@ -150,16 +165,15 @@ impl Kept {
         let extent = union(shapes.iter().map(Shape::extent));
         Kept { shapes, extent, shift: recentring([extent]) }
     }
+}
 
-    /// The box of the corners of their box, elsewhere.
-    fn extent_under(&self, transform: &DAffine3) -> (DVec3, DVec3) {
-        let (low, high) = self.extent;
-        union((0..8).map(|i| {
-            let corner = DVec3::select(BVec3::new(i & 1 == 1, i & 2 == 2, i & 4 == 4), high, low);
-            let corner = transform.transform_point3(corner);
-            (corner, corner)
-        }))
-    }
+/// The box of the corners of a box, elsewhere.
+fn under((low, high): (DVec3, DVec3), transform: &DAffine3) -> (DVec3, DVec3) {
+    union((0..8).map(|i| {
+        let corner = DVec3::select(BVec3::new(i & 1 == 1, i & 2 == 2, i & 4 == 4), high, low);
+        let corner = transform.transform_point3(corner);
+        (corner, corner)
+    }))
 }
 
 /// The shapes that are where they are, with those that are copied, and those that are kept once, by their places in the builder.

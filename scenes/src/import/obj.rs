@@ -184,9 +184,7 @@ pub fn translate(path: &Path, base: &Path) -> Result<Translation, SceneError> {
     lines.key(&place, "type", translation::quoted("mesh"));
     lines.key(&place, "file", translation::quoted(&translation::named_from(path, base)));
     if !model.emits() {
-        lines.table(&place, "[[emitters]]");
-        lines.key(&place, "type", translation::quoted("constant"));
-        lines.key(&place, "radiance", "1.0");
+        lines.append(viewpoint::light(&place));
     }
     Ok(Translation::new(lines, Vec::new(), model.notes))
 }

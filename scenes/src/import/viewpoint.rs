@@ -54,6 +54,15 @@ pub fn tell_light(notes: &mut Notes, place: &Place) {
     notes.add(NoteKind::Added, place, "nothing in the file emits: it is lit by an environment of radiance 1");
 }
 
+/// That environment, as a scene file has it.
+pub fn light(place: &Place) -> Lines {
+    let mut lines = Lines::default();
+    lines.table(place, "[[emitters]]");
+    lines.key(place, "type", translation::quoted("constant"));
+    lines.key(place, "radiance", "1.0");
+    lines
+}
+
 /// Says that a camera was chosen.
 pub fn tell_camera(camera: &CameraSettings, notes: &mut Notes, place: &Place) {
     let at = camera.position;

@@ -156,9 +156,7 @@ fn finish(path: &Path, camera: Option<Lines>, meshes: Meshes, mut context: Conte
     });
     if !context.emits {
         viewpoint::tell_light(&mut context.notes, &root);
-        context.emitters.table(&root, "[[emitters]]");
-        context.emitters.key(&root, "type", quoted("constant"));
-        context.emitters.key(&root, "radiance", "1.0");
+        context.emitters.append(viewpoint::light(&root));
     }
     for part in [camera, context.materials, meshes.groups, context.shapes, context.emitters] {
         head.append(part);

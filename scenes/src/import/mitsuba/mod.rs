@@ -34,7 +34,9 @@ use plugin::Plugin;
 use xml::Element;
 
 use crate::error::SceneError;
-use crate::import::translation::{Lines, NoteKind, SCENE_HEADER, Translation, quoted};
+use crate::import::translation::{Lines, NoteKind, Place, SCENE_HEADER, Translation, quoted};
+use crate::import::viewpoint;
+use glam::DVec3;
 
 /// The highest order that is written as it is; beyond it the rest is asked for as one sum.
 pub(super) const HIGHEST_ORDER: i64 = 20;
@@ -72,13 +74,29 @@ pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, Sc
         let text = "light that passes a mask keeps its order here, where Mitsuba counts it towards `max_depth`";
         context.approximate(&mask, text);
     }
-    let camera = context.camera.ok_or_else(|| {
-        xml.root.place.error("the scene has no sensor", "add `<sensor type=\"perspective\">` with a `to_world`")
-    })?;
+    let camera = match context.camera.take() {
+        Some(camera) => camera,
+        None => missing_camera(&xml.root.place, base, &mut context)?,
+    };
     for part in [camera, context.materials, context.groups, context.shapes, context.emitters] {
         head.append(part);
     }
     Ok(Translation::new(head, context.meshes.all(), context.notes))
+}
+
+/// The camera of a scene without one, which is read to know its bounds, and light if it has none either.
+fn missing_camera(place: &Place, base: &Path, context: &mut Context) -> Result<Lines, SceneError> {
+    let mut scene = Lines::default();
+    let parts = [&context.materials, &context.groups, &context.shapes, &context.emitters];
+    scene.append(sensor::table((DVec3::ZERO, DVec3::ONE), place));
+    parts.into_iter().for_each(|part| scene.append(part.clone()));
+    let scene = Translation::new(scene, context.meshes.clone().all(), context.notes.clone());
+    let scene = scene.read("scene", base, None)?;
+    if scene.is_dark() {
+        viewpoint::tell_light(&mut context.notes, place);
+        context.emitters.append(viewpoint::light(place));
+    }
+    Ok(sensor::missing(scene.extent()?, place, context))
 }
 
 /// How far the series goes: `max_depth` counts the vertices of a path beyond the camera's, one more than its order.

@@ -92,6 +92,41 @@ pub fn write<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<Line
     Ok(lines)
 }
 
+/// The camera of a scene without a sensor, from the lowest and the highest coordinates of its shapes.
+pub fn missing(bounds: (DVec3, DVec3), place: &Place, context: &mut Context) -> Lines {
+    let at = default_position(bounds);
+    let text =
+        format!("the file has no sensor: one was placed at ({:.4}, {:.4}, {:.4}), as in Mitsuba", at.x, at.y, at.z);
+    context.note(NoteKind::Added, place, text);
+    table(bounds, place)
+}
+
+/// Field of view of a sensor that a file does not have \[degrees\].
+const DEFAULT_FOV: f64 = 45.0;
+
+/// Where Mitsuba puts it: before the least z of the bounds, so far off that the field of view holds the longest side of these.
+fn default_position((low, high): (DVec3, DVec3)) -> DVec3 {
+    let distance = (high - low).max_element() / (2.0 * (0.5 * DEFAULT_FOV.to_radians()).tan());
+    ((low + high) / 2.0).with_z(low.z - distance)
+}
+
+/// Its table `[camera]`.
+pub fn table(bounds: (DVec3, DVec3), place: &Place) -> Lines {
+    let (position, film) = (default_position(bounds), usual_film(place));
+    let mut lines = Lines::default();
+    lines.table(place, "[camera]");
+    lines.key(place, "position", numbers(&position.to_array()));
+    lines.key(place, "target", numbers(&(position + DVec3::Z).to_array()));
+    lines.key(place, "up", numbers(&DVec3::Y.to_array()));
+    let shorter = f64::from(film.height) / f64::from(film.width);
+    let half = (0.5 * DEFAULT_FOV.to_radians()).tan() * shorter;
+    lines.key(place, "fov", number((2.0 * half.atan()).to_degrees()));
+    lines.key(place, "width", film.width);
+    lines.key(place, "height", film.height);
+    lines.key(place, "filter", quoted(film.filter));
+    lines
+}
+
 /// Position, view, up, and whether the image is mirrored. To `parallel` rays it is nothing how long the view's axis is.
 fn frame(to_world: &DMat4, parallel: bool, place: &Place, context: &mut Context) -> (DVec3, DVec3, DVec3, bool) {
     let axes = DMat3::from_mat4(*to_world);
@@ -152,12 +187,14 @@ fn shift(plugin: &Plugin) -> Result<Option<[f64; 2]>, SceneError> {
     Ok(Some([x, -y]))
 }
 
+fn usual_film(place: &Place) -> Film {
+    Film { width: 768, height: 576, crop: None, filter: "gaussian_full", place: place.clone() }
+}
+
 fn film<'a>(sensor: &Plugin<'a>, context: &mut Context<'a>) -> Result<Film, SceneError> {
-    let usual =
-        |place: &Place| Film { width: 768, height: 576, crop: None, filter: "gaussian_full", place: place.clone() };
-    let Some(element) = sensor.tagged("film").first().copied() else { return Ok(usual(sensor.place())) };
+    let Some(element) = sensor.tagged("film").first().copied() else { return Ok(usual_film(sensor.place())) };
     let plugin = Plugin::new(element, context)?;
-    let mut film = usual(plugin.place());
+    let mut film = usual_film(plugin.place());
     let side = |name: &str, otherwise: u32, least: u32| match plugin.integer(name)? {
         None => Ok(otherwise),
         Some(pixels) => u32::try_from(pixels).ok().filter(|&pixels| pixels >= least).ok_or_else(|| {

@@ -351,3 +351,36 @@ fn an_error_of_the_scene_is_told_of_the_foreign_line() {
     let error = translation.read("a", folder.path(), None).unwrap_err().to_string();
     assert!(error.contains("a.xml:4: `materials.dielectric_line4.eta` is"), "{error}");
 }
+
+#[test]
+fn a_scene_without_a_sensor_gets_one_that_shows_it() {
+    let scene = |body: &str| open(&folder(&[("a.xml", &format!("<scene version=\"3.0.0\">{body}</scene>"))])).unwrap();
+    let box_and_ball = "<shape type=\"cube\"><transform name=\"to_world\"><scale x=\"1\" y=\"2\" z=\"0.5\"/>\
+                        <translate x=\"3\" y=\"1\" z=\"5\"/></transform></shape>\
+                        <shape type=\"sphere\"><point name=\"center\" x=\"0\" y=\"0\" z=\"4\"/></shape>";
+    let translation = scene(box_and_ball);
+    // From (-1, -1, 3) to (4, 3, 5.5): 5 wide, and 2.5 / tan 22.5° away.
+    let camera = translation.text.parse::<toml::Table>().unwrap()["camera"].clone();
+    let position: Vec<f64> = camera["position"].as_array().unwrap().iter().map(|x| x.as_float().unwrap()).collect();
+    let away = 3.0 - 2.5 / 22.5_f64.to_radians().tan();
+    assert!(position.iter().zip([1.5, 1.0, away]).all(|(a, b)| (a - b).abs() < 1e-12), "{position:?}");
+    let added = notes(&translation, NoteKind::Added);
+    assert!(
+        added[0].contains("it is lit by an environment") && added[1].contains("the file has no sensor"),
+        "{added:?}"
+    );
+    let built = translation.read("a", Path::new("."), None).unwrap().build(Skip::Unneeded).unwrap();
+    let seen = (0..96).filter(|i| {
+        let raster = vec2((i % 12) as f32 + 0.5, (i / 12) as f32 + 0.5) * 64.0;
+        built.intersect(&built.camera.sample_we(raster, vec2(0.5, 0.5)).ray).is_some()
+    });
+    assert!(seen.count() > 20 && built.environment.is_some());
+    // What has a lamp keeps it, and what stands in groups counts.
+    let lit = scene(
+        "<shape type=\"shapegroup\" id=\"g\"><shape type=\"sphere\"/></shape>\
+                     <shape type=\"instance\"><ref id=\"g\"/><transform name=\"to_world\"><translate x=\"9\"/></transform></shape>\
+                     <emitter type=\"point\"><point name=\"position\" x=\"0\" y=\"5\" z=\"0\"/></emitter>",
+    );
+    assert_eq!(notes(&lit, NoteKind::Added).len(), 1);
+    assert_eq!(lit.text.parse::<toml::Table>().unwrap()["camera"]["position"][0].as_float(), Some(9.0));
+}

@@ -99,7 +99,7 @@ fn scenes_that_are_none() {
     assert!(alone(b"<scene version=\"3.0.0\">\n\xff</scene>").starts_with("a.xml:2: the text is not UTF-8"));
     assert!(alone(b"<mesh/>").contains("a.xml:1: the file holds a `mesh`"));
     assert!(alone(b"<scene version=\"three\"/>").contains("a.xml:1: the version is `three`"));
-    assert!(alone(b"<scene version=\"3.0.0\"/>").contains("the scene has no sensor"));
+    assert!(alone(b"<scene version=\"3.0.0\"/>").contains("the scene has no shape that can be read"));
     let meter = b"<scene version=\"3.0.0\"><sensor type=\"hdistant\"/></scene>";
     assert!(alone(meter).contains("a sensor `hdistant` is not supported; use `perspective`"));
     let bomb = b"<!DOCTYPE s [<!ENTITY a \"aaaa\"><!ENTITY b \"&a;&a;\">]><scene version=\"3.0.0\">&b;</scene>";
