@@ -246,6 +246,13 @@ fn filter(options: &Options, context: &mut Context) -> Result<&'static str, Scen
 
 /// How far the series goes: `maxdepth` is the highest order.
 pub fn series(options: &Options, root: &Place, head: &mut Lines, context: &mut Context) -> Result<(), SceneError> {
+    let depth = options.integrator.as_ref().map(|integrator| integrator.integer("maxdepth")).transpose()?.flatten();
+    if let (Some(interface), true) =
+        (context.interface.clone(), depth.is_none_or(|depth| (0..=HIGHEST_ORDER).contains(&depth)))
+    {
+        let text = "light that passes an `interface` has an order more, where pbrt's `maxdepth` does not count it";
+        context.approximate(&interface, text);
+    }
     let Some(integrator) = &options.integrator else {
         head.key(root, "max_order", 5);
         return Ok(());

@@ -45,6 +45,8 @@ pub struct Context {
     visits: usize,
     /// Whether there is an environment.
     pub has_environment: bool,
+    /// The first surface that light passes as if it were not there.
+    pub interface: Option<Place>,
     /// What the film's sensor makes of light.
     pub sensor: Sensor,
 }
@@ -69,6 +71,7 @@ impl Context {
             nesting: 0,
             visits: 0,
             has_environment: false,
+            interface: None,
             sensor: Sensor::PLAIN,
         }
     }

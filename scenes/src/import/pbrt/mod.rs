@@ -48,13 +48,13 @@ pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, Sc
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     head.push(&root, format!("# Made of {}.", name.escape_default()));
     head.key(&root, "title", quoted(&path.file_stem().unwrap_or_default().to_string_lossy()));
-    camera::series(&options, &root, &mut head, &mut context)?;
     let camera = camera::write(&options, &root, &mut context)?;
     for record in &records {
         let shape = shape::written(record, SHAPE, &mut context)?;
         context.shapes.append(shape);
     }
     let groups = objects.write(&mut context)?;
+    camera::series(&options, &root, &mut head, &mut context)?;
     context.check_files()?;
     for part in [camera, context.materials, groups, context.shapes, context.emitters] {
         head.append(part);

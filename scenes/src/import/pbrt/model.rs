@@ -104,7 +104,10 @@ pub fn describe(parameters: &Parameters, context: &mut Context) -> Result<Descri
             parameters.skip(&["reflect", "transmit", "roughness", "remaproughness", "Ks"]);
             Description::new("lambert", place).with("albedo", reflectance(&["Kd"], 0.25, context)?)
         }
-        "interface" | "none" | "" => Description::new("null", place),
+        "interface" | "none" | "" => {
+            context.interface.get_or_insert_with(|| place.clone());
+            Description::new("null", place)
+        }
         "subsurface" | "kdsubsurface" => {
             nearest("scatters light where it enters here: it becomes a coat over a matte base", context);
             parameters.skip(&["mfp", "sigma_a", "sigma_s", "name", "scale", "g"]);

@@ -100,6 +100,11 @@ fn scenes_that_are_none() {
     assert!(alone(b"<mesh/>").contains("a.xml:1: the file holds a `mesh`"));
     assert!(alone(b"<scene version=\"three\"/>").contains("a.xml:1: the version is `three`"));
     assert!(alone(b"<scene version=\"3.0.0\"/>").contains("the scene has no shape that can be read"));
+    let capital = made_of(
+        "<shape type=\"Rectangle\"/><integrator type=\"path\"><integer name=\"max_depth\" value=\"65\"/></integrator>",
+    );
+    let error = capital.read("a", Path::new("."), None).unwrap_err().to_string();
+    assert!(error.contains("no shape that can be read; a shape `Rectangle` is not known"), "{error}");
     let meter = b"<scene version=\"3.0.0\"><sensor type=\"hdistant\"/></scene>";
     assert!(alone(meter).contains("a sensor `hdistant` is not supported; use `perspective`"));
     let bomb = b"<!DOCTYPE s [<!ENTITY a \"aaaa\"><!ENTITY b \"&a;&a;\">]><scene version=\"3.0.0\">&b;</scene>";

@@ -264,3 +264,17 @@ fn quadrics_are_whole_and_stay_round() {
     assert_eq!(shape("Scale 1 2 1 Shape \"sphere\"").0["type"].as_str(), Some("mesh"));
     assert_eq!(shape("Scale 1 1.00001 1 Shape \"sphere\"").0["type"].as_str(), Some("sphere"));
 }
+
+#[test]
+fn what_passes_an_interface_is_told_where_the_series_ends() {
+    let told = |integrator: &str| {
+        let ball = "Material \"interface\" Shape \"sphere\"";
+        let camera = CAMERA.replace("Integrator \"path\"", integrator);
+        let folder = folder(&[("a.pbrt", format!("{camera}\n{ball}\n").as_str())]);
+        notes(&open(&folder).unwrap(), NoteKind::Approximated)
+    };
+    let [usual, few, many] =
+        ["", "Integrator \"path\" \"integer maxdepth\" 3", "Integrator \"path\" \"integer maxdepth\" 65"].map(told);
+    let is_told = |notes: &[String]| notes.iter().any(|note| note.contains("`maxdepth` does not count it"));
+    assert!(is_told(&usual) && is_told(&few) && !is_told(&many), "{usual:?} {few:?} {many:?}");
+}
