@@ -246,27 +246,23 @@ fn filter(options: &Options, context: &mut Context) -> Result<&'static str, Scen
 
 /// How far the series goes: `maxdepth` is the highest order.
 pub fn series(options: &Options, root: &Place, head: &mut Lines, context: &mut Context) -> Result<(), SceneError> {
-    let depth = options.integrator.as_ref().map(|integrator| integrator.integer("maxdepth")).transpose()?.flatten();
-    if let (Some(interface), true) =
-        (context.interface.clone(), depth.is_none_or(|depth| (0..=HIGHEST_ORDER).contains(&depth)))
-    {
-        let text = "light that passes an `interface` has an order more, where pbrt's `maxdepth` does not count it";
-        context.approximate(&interface, text);
-    }
-    let Some(integrator) = &options.integrator else {
-        head.key(root, "max_order", 5);
-        return Ok(());
-    };
-    let at = integrator.place_of("maxdepth");
-    let usual = if integrator.kind == "directlighting" { 1 } else { 5 };
-    match integrator.integer("maxdepth")?.unwrap_or(usual) {
-        depth @ 0..=HIGHEST_ORDER => head.key(at, "max_order", depth),
-        depth => {
-            head.key(at, "tail", "true");
-            context.approximate(at, format!("a `maxdepth` of {depth} is rendered as a series without end"));
+    let integrator = options.integrator.as_ref();
+    let usual = if integrator.is_some_and(|integrator| integrator.kind == "directlighting") { 1 } else { 5 };
+    let depth = integrator.map(|integrator| integrator.integer("maxdepth")).transpose()?.flatten().unwrap_or(usual);
+    let at = integrator.map_or(root, |integrator| integrator.place_of("maxdepth"));
+    if (0..=HIGHEST_ORDER).contains(&depth) {
+        head.key(at, "max_order", depth);
+        if let Some(interface) = context.interface.clone() {
+            let text = "light that passes an `interface` has an order more, where pbrt's `maxdepth` does not count it";
+            context.approximate(&interface, text);
         }
+    } else {
+        head.key(at, "tail", "true");
+        context.approximate(at, format!("a `maxdepth` of {depth} is rendered as a series without end"));
     }
-    let text = format!("{}: methods are chosen when a scene is rendered", integrator.title());
-    context.note(NoteKind::Ignored, &integrator.place, text);
+    if let Some(integrator) = integrator {
+        let text = format!("{}: methods are chosen when a scene is rendered", integrator.title());
+        context.note(NoteKind::Ignored, &integrator.place, text);
+    }
     Ok(())
 }
