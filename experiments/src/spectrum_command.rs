@@ -20,7 +20,7 @@ use serde_json::Value;
 use std::fmt::Write;
 
 /// What is rendered of the image; what it loses is told.
-const METHOD: &str = "path";
+const METHOD: &str = "bdpt";
 
 /// What `--json` prints.
 #[derive(Serialize)]
@@ -200,7 +200,7 @@ impl Spread {
 
 fn with_interval(number: Option<Number>, unit: &str) -> String {
     match number {
-        None => "none".to_owned(),
+        None => "not known".to_owned(),
         Some(Number { value: 0.0, .. }) => "none found".to_owned(),
         Some(Number { value, interval: Some((low, high)) }) => {
             format!("{}{unit} ({} to {})", short(value), short(low), short(high))

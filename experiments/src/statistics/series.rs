@@ -6,7 +6,8 @@
 //!
 //! Intervals are the jackknife's \[Tukey 1958; Efron & Tibshirani 1993, ch. 11\] with Student's quantile over replicates, each of which holds
 //! all orders, so that their covariances are taken care of. That of a tail is widened by what the factor may still change: it is taken to go
-//! on changing by steps that fall as the last two did, up to ten times as far as the last. A mode that falls slowly and is too weak to have
+//! on changing by steps that fall as the last two did, up to ten times as far as the last, or, where the last is within its noise, by one
+//! more. A mode that falls slowly and is too weak to have
 //! shown itself yet is in no such interval.
 
 use super::means::{self, student};
@@ -15,6 +16,10 @@ use sampling::moments::Moments;
 
 /// Replicates from which on the intervals of ratios are valid.
 const VALID_FROM: usize = 8;
+/// The part of a factor that its 95 % interval may reach to either side, where it is told well.
+const TOLD_WELL: f64 = 0.1;
+/// The lowest order that tells how others fall: there are three pairs up to it.
+const FIRST_TELLER: usize = 5;
 /// The relative standard errors that the factor of a pair of orders may have to be told: the first, if any has it.
 const SURE: [f64; 2] = [0.005, 0.05];
 
@@ -84,20 +89,56 @@ impl Series {
     }
 
     /// The light beyond an order, mean of channels, up to the last order measured and, as geometric series of pairs of orders, beyond
-    /// that: `(P_{K−1} + P_K) q / (1 − q)` with `q = (P_{K−1} + P_K) / (P_{K−3} + P_{K−2})`, channel by channel. `None` where
-    /// orders do not fall, or there are too few.
+    /// that: `(P_{L−1} + P_L) q^{1 + (K − L) / 2} / (1 − q)` with `q = (P_{L−1} + P_L) / (P_{L−3} + P_{L−2})`, channel by channel, where L
+    /// is the highest order up to the last, K, at which q is told well. `None` where orders do not fall, are too noisy or too few.
     pub fn beyond(&self, order: usize) -> Option<Estimate> {
+        self.beyond_by(order, self.teller()?)
+    }
+
+    /// The same, with the order L.
+    fn beyond_by(&self, order: usize, teller: usize) -> Option<Estimate> {
         let measured = |orders: &[[f64; 3]]| Some(orders.get(order + 1..)?.iter().map(|p| mean_of(*p)).sum::<f64>());
-        let whole = self.jackknife(|orders| Some(measured(orders)? + tail(orders, 0.0)?))?;
+        let whole = self.jackknife(|orders| Some(measured(orders)? + tail(orders, teller, 0.0, false)?))?;
         // What it would be if the factor went on changing as it did, or back.
-        let mean = self.mean(None);
-        let around = [-1.0, 1.0].map(|sign| Some(measured(&mean)? + tail(&mean, sign)?));
+        let (mean, goes_on) = (self.mean(None), self.is_changing(teller));
+        let around = [-1.0, 1.0].map(|sign| Some(measured(&mean)? + tail(&mean, teller, sign, goes_on)?));
         let reach = |side: Option<f64>| side.map_or(f64::INFINITY, |side| (side - whole.value).abs());
         let widened = |(low, high): Interval| {
             let change = reach(around[0]).max(reach(around[1]));
             (low - change, high + change)
         };
         Some(Estimate { interval: whole.interval.map(widened).filter(|(_, high)| high.is_finite()), ..whole })
+    }
+
+    /// The order whose pairs tell how orders beyond the last fall: the highest that tells it well, or the one that has least noise. Where
+    /// orders end, which no replicate doubts, it is the last.
+    fn teller(&self) -> Option<usize> {
+        let is_lit = |orders: &&Vec<[f64; 3]>, order: usize| orders[order] != [0.0; 3];
+        let lit = |order: usize| self.replicates.iter().filter(|orders| is_lit(orders, order)).count();
+        let end = (0..=self.last()).rev().find(|&order| lit(order) > 0);
+        if end.is_none_or(|end| end + 2 <= self.last() && lit(end) == self.replicates.len()) {
+            return Some(self.last());
+        }
+        let pair = |orders: &[[f64; 3]], order: usize| mean_of(orders[order - 1]) + mean_of(orders[order]);
+        let unsure = |order: usize| {
+            let factor = self.jackknife(|orders| positive(pair(orders, order), pair(orders, order - 2)))?;
+            let (low, high) = factor.interval?;
+            Some((order, (high - low) / (2.0 * factor.value))).filter(|(_, unsure)| *unsure < 1.0)
+        };
+        let all: Vec<(usize, f64)> = (FIRST_TELLER..=self.last()).filter_map(unsure).collect();
+        let well = all.iter().rev().find(|(_, unsure)| *unsure <= TOLD_WELL);
+        well.or_else(|| all.iter().min_by(|a, b| a.1.total_cmp(&b.1))).map(|(order, _)| *order)
+    }
+
+    /// Whether the factor is known to change from pair to pair at an order, and not by noise alone.
+    fn is_changing(&self, order: usize) -> bool {
+        let pair = |orders: &[[f64; 3]], back: usize| {
+            let last = order.checked_sub(2 * back)?;
+            Some(mean_of(orders[last]) + mean_of(orders[last.checked_sub(1)?]))
+        };
+        let factor = |orders: &[[f64; 3]], back| positive(pair(orders, back)?, pair(orders, back + 1)?);
+        let step = self.jackknife(|orders| Some(factor(orders, 0)? - factor(orders, 1)?));
+        step.and_then(|step| step.interval).is_none_or(|(low, high)| low > 0.0 || high < 0.0)
     }
 
     /// All orders that were measured, mean of channels.
@@ -118,8 +159,10 @@ impl Series {
     /// The lowest order beyond which no more than this part of all is left, with 95 % confidence; `None` where that is beyond the last
     /// measured.
     pub fn order_for(&self, part: f64) -> Option<usize> {
-        let all = self.total()?.value;
-        let left = |order: usize| self.beyond(order).and_then(|b| b.interval).map_or(f64::INFINITY, |(_, high)| high);
+        let (all, teller) = (self.total()?.value, self.teller()?);
+        let left = |order: usize| {
+            self.beyond_by(order, teller).and_then(|b| b.interval).map_or(f64::INFINITY, |(_, high)| high)
+        };
         (0..=self.last()).find(|&order| left(order) <= part * all)
     }
 
@@ -152,13 +195,14 @@ fn positive(a: f64, b: f64) -> Option<f64> {
 /// Steps of the factor from pair to pair are taken to fall by this at the least from one to the next.
 const SLOWEST: f64 = 10.0 / 11.0;
 
-/// What is beyond the last order, mean of channels, if the factor from pair to pair stays (0), or rises (1) or falls (−1) by all the steps
-/// that may follow the last.
-fn tail(orders: &[[f64; 3]], sign: f64) -> Option<f64> {
+/// What is beyond the last order, mean of channels, if the factor from pair to pair stays what it is at the order that tells it (0), or rises
+/// (1) or falls (−1) by another step, or, where steps go on, by all that may follow.
+fn tail(orders: &[[f64; 3]], teller: usize, sign: f64, goes_on: bool) -> Option<f64> {
     let pair = |back: usize, c: usize| {
-        let last = orders.len().checked_sub(1 + 2 * back)?;
-        Some(orders[last][c] + orders.get(last.checked_sub(1)?)?[c])
+        let last = teller.checked_sub(2 * back)?;
+        Some(orders.get(last)?[c] + orders.get(last.checked_sub(1)?)?[c])
     };
+    let pairs_between = (orders.len() - 1).checked_sub(teller)? as f64 / 2.0;
     let of = |c: usize| {
         let [last, before, first] = [pair(0, c)?, pair(1, c)?, pair(2, c)?];
         if last <= 0.0 {
@@ -167,11 +211,11 @@ fn tail(orders: &[[f64; 3]], sign: f64) -> Option<f64> {
         let (q, earlier) = (positive(last, before)?, positive(before, first)?);
         let step = q - earlier;
         let fall = match pair(3, c).and_then(|third| positive(first, third)) {
-            Some(earliest) if earliest != earlier => (step / (earlier - earliest)).abs().min(SLOWEST),
+            Some(earliest) if goes_on && earliest != earlier => (step / (earlier - earliest)).abs().min(SLOWEST),
             _ => 0.5,
         };
-        let q = q + sign * step.abs() * (fall / (1.0 - fall)).max(1.0);
-        (q < 1.0).then(|| last * q.max(0.0) / (1.0 - q.max(0.0)))
+        let q = (q + sign * step.abs() * (fall / (1.0 - fall)).max(1.0)).max(0.0);
+        (q < 1.0).then(|| last * q.powf(1.0 + pairs_between) / (1.0 - q))
     };
     Some(mean_of([of(0)?, of(1)?, of(2)?]))
 }
@@ -231,6 +275,22 @@ mod tests {
         }
     }
 
+    /// Where all that is left of the last orders is noise, and most of it zeros, earlier ones tell how they fall.
+    #[test]
+    fn orders_that_chance_has_not_found_are_told_by_those_before() {
+        let mut series = series(&[(2.0, 0.7)], 30, 0.02, 3);
+        for (r, orders) in series.replicates.iter_mut().enumerate() {
+            orders.iter_mut().enumerate().skip(16).for_each(|(k, power)| {
+                // One replicate in 16 finds an order, with all of its light.
+                *power = if (r + 5 * k) % 16 == 0 { power.map(|p| 16.0 * p) } else { [0.0; 3] };
+            });
+        }
+        let (low, high) = series.total().unwrap().interval.unwrap();
+        assert!(low < 2.0 / 0.3 && 2.0 / 0.3 < high && high - low < 0.4, "{low} {high}");
+        // 0.7^(K + 1) is 0.01 at 12.
+        assert!(series.order_for(0.01).is_some_and(|order| (12..=14).contains(&order)), "{:?}", series.order_for(0.01));
+    }
+
     /// 400 series, each with noise of its own: 95 % intervals of the total and of the radius, by a binomial test at 10⁻⁴. Terms that die out
     /// leave the total right.
     #[test]
@@ -258,5 +318,10 @@ mod tests {
         let emission = Series::new(vec![vec![[1.0; 3], [0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]]; 8]);
         assert!(emission.radius().is_some_and(|radius| radius.estimate.value == 0.0));
         assert!((emission.total().unwrap().value - 1.0).abs() < 1e-12 && emission.order_for(1e-6) == Some(0));
+        // An order that one replicate alone has found says that more was not, and no more than that.
+        let mut found = vec![vec![[0.0; 3]; 12]; 8];
+        found.iter_mut().for_each(|orders| orders[0] = [1.0; 3]);
+        found[3][6] = [0.1; 3];
+        assert!(Series::new(found).total().is_none());
     }
 }

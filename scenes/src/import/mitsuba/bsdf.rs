@@ -117,7 +117,10 @@ fn both_sides<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Desc
         "roughplastic" => plastic::rough(plugin, context)?,
         "phong" | "ward" => glossy(plugin, context)?,
         "principled" | "principledthin" => principled::describe(plugin, context)?,
-        "null" => Description::new("null", place),
+        "null" => {
+            context.null.get_or_insert_with(|| place.clone());
+            Description::new("null", place)
+        }
         kind => {
             context.approximate(place, format!("a `{kind}` is not known, and becomes matte, of albedo 0.5"));
             Description::new("lambert", place)

@@ -14,6 +14,15 @@ const MAX_NESTING: usize = 32;
 /// How often they may in all.
 const MAX_VISITS: usize = 4_000_000;
 
+/// What an integrator counts towards its `max_depth`.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Counted {
+    /// Every surface that a path meets.
+    Surfaces,
+    /// Those where light is turned.
+    Turns,
+}
+
 /// The state of a translation.
 pub struct Context<'a> {
     /// The elements that have an `id`, by it.
@@ -23,10 +32,12 @@ pub struct Context<'a> {
     base: PathBuf,
     /// The camera, once it is found.
     pub camera: Option<Lines>,
-    /// Whether the series ends.
-    pub ends: bool,
+    /// What counts towards the end of the series, if it ends.
+    pub counted: Option<Counted>,
     /// Where the first mask is.
     pub mask: Option<Place>,
+    /// Where the first `null` is.
+    pub null: Option<Place>,
     /// What is written so far.
     pub materials: Lines,
     /// What is written so far.
@@ -64,8 +75,9 @@ impl<'a> Context<'a> {
             folders: &xml.folders,
             base: base.to_path_buf(),
             camera: None,
-            ends: false,
+            counted: None,
             mask: None,
+            null: None,
             materials: Lines::default(),
             shapes: Lines::default(),
             emitters: Lines::default(),

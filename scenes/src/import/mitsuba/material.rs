@@ -333,6 +333,19 @@ pub fn usual(place: &Place, emits: bool, context: &mut Context) -> String {
     name
 }
 
+/// What shapes around media were of before Mitsuba 2, unless they said otherwise.
+pub fn null(place: &Place, context: &mut Context) -> String {
+    let key = (std::ptr::null(), false);
+    if let Some(name) = context.material_names.get(&key) {
+        return name.clone();
+    }
+    context.null.get_or_insert_with(|| place.clone());
+    let name = context.fresh_name("none");
+    Description::new("null", place).write(&name, false, context);
+    context.material_names.insert(key, name.clone());
+    name
+}
+
 /// A material with a mask or a map over it.
 pub fn layered<'a>(
     plugin: &Plugin<'a>,
@@ -358,8 +371,8 @@ pub fn layered<'a>(
     };
     let mut description = describe(inner, setting, context)?;
     let scale = plugin.float_or("scale", 1.0)?;
-    if plugin.kind() == "mask" && context.mask.is_none() {
-        context.mask = Some(place.clone());
+    if plugin.kind() == "mask" {
+        context.mask.get_or_insert_with(|| place.clone());
     }
     match plugin.kind() {
         "mask" if description.opacity.is_some() => {

@@ -28,7 +28,7 @@ mod tests;
 
 use std::path::Path;
 
-use context::Context;
+use context::{Context, Counted};
 pub use mesh::HEADER as MESH_HEADER;
 use plugin::Plugin;
 use xml::Element;
@@ -70,10 +70,7 @@ pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, Sc
         }
     }
     context.check_files()?;
-    if let (Some(mask), true) = (context.mask.clone(), context.ends) {
-        let text = "light that passes a mask keeps its order here, where Mitsuba counts it towards `max_depth`";
-        context.approximate(&mask, text);
-    }
+    tell_passing(&mut context);
     let camera = match context.camera.take() {
         Some(camera) => camera,
         None => missing_camera(&xml.root.place, base, &mut context)?,
@@ -82,6 +79,20 @@ pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, Sc
         head.append(part);
     }
     Ok(Translation::new(head, context.meshes.all(), context.notes))
+}
+
+/// Light that passes a mask keeps its order, and a `null` gives it one more, whatever Mitsuba's integrator counts.
+fn tell_passing(context: &mut Context) {
+    let mask = "light that passes a mask keeps its order here, where Mitsuba counts it towards `max_depth`";
+    let null = "light that passes a `null` has an order more here, where Mitsuba does not count it towards `max_depth`";
+    let (at, text) = match context.counted {
+        Some(Counted::Surfaces) => (context.mask.clone(), mask),
+        Some(Counted::Turns) => (context.null.clone(), null),
+        None => return,
+    };
+    if let Some(at) = at {
+        context.approximate(&at, text);
+    }
 }
 
 /// The camera of a scene without one, which is read to know its bounds, and light if it has none either.
@@ -115,7 +126,8 @@ fn integrator<'a>(element: &'a Element, head: &mut Lines, context: &mut Context<
     match depth {
         Some(depth) if depth >= 1 && depth - 1 <= HIGHEST_ORDER => {
             head.key(at, "max_order", depth - 1);
-            context.ends = true;
+            let of_volumes = element.version >= 2 && kind.starts_with("volpath");
+            context.counted = Some(if of_volumes { Counted::Turns } else { Counted::Surfaces });
             context.note(NoteKind::Mapped, at, format!("`max_depth` {depth} becomes `max_order` {}", depth - 1));
         }
         Some(0) => context.approximate(at, "a `max_depth` of 0 renders nothing, and is left out"),

@@ -103,11 +103,12 @@ impl<'a> Plugin<'a> {
 
     /// True or false.
     pub fn boolean(&self, name: &str) -> Result<Option<bool>, SceneError> {
-        match self.value(name)? {
-            None => Ok(None),
-            Some(("true", _)) => Ok(Some(true)),
-            Some(("false", _)) => Ok(Some(false)),
-            Some((value, place)) => Err(place.error(format!("`{name}` is `{value}`"), "it must be `true` or `false`")),
+        let Some((value, place)) = self.value(name)? else { return Ok(None) };
+        // Python writes them with a capital, which Mitsuba takes.
+        match value.to_ascii_lowercase().as_str() {
+            "true" => Ok(Some(true)),
+            "false" => Ok(Some(false)),
+            _ => Err(place.error(format!("`{name}` is `{value}`"), "it must be `true` or `false`")),
         }
     }
 

@@ -69,8 +69,10 @@ fn write_one<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<(), 
             format!("{} is the second of {}, and is left out", other.title(), element.title()),
         );
     }
+    let holds_medium = media(&plugin, context);
     let material = match materials.first() {
         Some(bsdf) => material::named(bsdf, form.turned, context)?,
+        None if holds_medium && element.version < 2 => material::null(&element.place, context),
         None => material::usual(&element.place, !emitters.is_empty(), context),
     };
     let emission = match emitters.first() {
@@ -114,6 +116,19 @@ fn write_one<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<(), 
     }
     context.shapes.append(lines);
     Ok(())
+}
+
+/// Whether a shape has a medium to a side of it; there are none here, which is told.
+fn media<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> bool {
+    let mut media: Vec<&Element> = ["interior", "exterior"].iter().filter_map(|side| plugin.part(side)).collect();
+    media.extend(plugin.tagged("medium"));
+    for medium in &media {
+        context.approximate(
+            &medium.place,
+            format!("{} is left out: light goes through it as through a vacuum", medium.title()),
+        );
+    }
+    !media.is_empty()
 }
 
 /// What a shape emits, as TOML, and its element.

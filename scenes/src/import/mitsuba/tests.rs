@@ -196,6 +196,25 @@ fn sensors_look_along_their_z_with_x_to_the_left() {
     assert_eq!(look, plain);
     let mirrored = seen("<scale x=\"-1\"/><lookat origin=\"0,1,6.8\" target=\"0,1,0\" up=\"0,1,0\"/>");
     assert_eq!(mirrored["mirrored"].as_bool(), Some(true));
+    // Without an `up` it is Mitsuba's own: this is what it says of such a sensor.
+    let free = vector(&seen("<lookat origin=\"1,2,3\" target=\"4,0,1\"/>"), "up");
+    let expected = [0.643511, 0.237659, 0.727607];
+    assert!(free.iter().zip(expected).all(|(up, expected)| (up - expected).abs() < 1e-6), "{free:?}");
+}
+
+#[test]
+fn what_is_animated_stands_where_it_begins() {
+    let keys =
+        "<transform time=\"1\"><translate x=\"5\"/></transform><transform time=\"0\"><translate y=\"2\"/></transform>";
+    let shape =
+        |keys: &str| format!("<shape type=\"rectangle\"><animation name=\"toWorld\">{keys}</animation></shape>");
+    let moved = made_by("0.6.0", &shape(keys), &[]);
+    let still =
+        made_by("0.6.0", &shape(keys).replace("animation", "transform").replace(keys, "<translate y=\"2\"/>"), &[]);
+    assert_eq!(moved.text, still.text);
+    let told = notes(&moved, NoteKind::Approximated).concat();
+    assert!(told.contains("nothing moves: what the `animation` says of time 0 holds"), "{told}");
+    assert!(fault(&shape("").replace("toWorld", "to_world")).contains("the `animation` holds no `transform`"));
 }
 
 #[test]

@@ -9,7 +9,11 @@ use crate::error::SceneError;
 use crate::import::translation::{self, NoteKind};
 
 /// The transform that an element `transform` describes. It must be affine, and may not flatten.
+/// Of an `animation` it is the earliest.
 pub fn read(element: &Element, context: &mut Context) -> Result<DMat4, SceneError> {
+    if element.tag == "animation" {
+        return earliest(element, context);
+    }
     let mut whole = DMat4::IDENTITY;
     for step in &element.children {
         let map = match step.tag.as_str() {
@@ -37,6 +41,22 @@ pub fn read(element: &Element, context: &mut Context) -> Result<DMat4, SceneErro
             .error("the transform flattens what it is applied to", "let every direction keep some length"));
     }
     Ok(whole)
+}
+
+/// Where an animation begins.
+fn earliest(element: &Element, context: &mut Context) -> Result<DMat4, SceneError> {
+    let mut first: Option<(f64, &Element)> = None;
+    for key in element.children.iter().filter(|child| child.tag == "transform") {
+        let time = key.attribute("time").map_or(Ok(0.0), |time| finite(time, "time", &key.place))?;
+        if first.is_none_or(|(earliest, _)| time < earliest) {
+            first = Some((time, key));
+        }
+    }
+    let Some((time, key)) = first else {
+        return Err(element.place.error("the `animation` holds no `transform`", "add one"));
+    };
+    context.approximate(&element.place, format!("nothing moves: what the `animation` says of time {time} holds"));
+    read(key, context)
 }
 
 /// `x`, `y`, `z`, or the numbers of `value`; one alone holds for all three.
@@ -98,8 +118,8 @@ fn look_at(step: &Element) -> Result<DMat4, SceneError> {
         Some(_) => named("up")?,
         None => DVec3::ZERO,
     };
-    // What is not said is chosen, in any way that is across the view.
-    let up = if up == DVec3::ZERO { ahead.any_orthogonal_vector() } else { up };
+    // What is not said is chosen as Mitsuba does, by the same formula `[Duff17]`.
+    let up = if up == DVec3::ZERO { ahead.any_orthonormal_pair().0 } else { up };
     let Some(left) = up.cross(ahead).try_normalize() else {
         return Err(step.place.error("`lookat` looks along its `up`", "give an `up` across the view"));
     };

@@ -238,7 +238,14 @@ impl Reader {
         let Some(value) = element.attribute("value") else {
             return Err(element.place.error("`path` lacks its `value`", "name a folder"));
         };
-        let folder = self.folders[0].join(value);
+        let own = element.place.file.parent().unwrap_or(Path::new(""));
+        let candidates = std::iter::once(own).chain(self.folders.iter().map(PathBuf::as_path));
+        let Some(folder) = candidates.map(|folder| folder.join(value)).find(|folder| folder.is_dir()) else {
+            let folder = own.join(value);
+            let near = near_file(&folder).map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
+            let message = format!("there is no folder {} to look for files in", folder.display());
+            return Err(element.place.error(message, format!("{near}name one that is there, or take the `path` out")));
+        };
         self.add_folder(folder, &element.place)
     }
 

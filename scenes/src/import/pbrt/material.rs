@@ -238,7 +238,11 @@ fn mix(parameters: &Parameters, context: &mut Context) -> Result<Description, Sc
     let [first, second] = &names[..] else {
         return Err(place.error("a `mix` has not two `materials`", "name two, such as `[ \"a\" \"b\" ]`"));
     };
-    let amount = texture::parameter(parameters, "amount", Quantity::Number, 0.5, context)?;
+    let mut amount = texture::parameter(parameters, "amount", Quantity::Number, 0.5, context)?;
+    if amount.constant().is_some_and(|[r, g, b]| r != g || g != b) {
+        context.approximate(place, "a colour for the `amount` of a `mix` is taken as its mean");
+        amount = Texture::grey(amount.mean_number());
+    }
     let amount = match amount.each(|x| if is_old { 1.0 - x } else { x }.clamp(0.0, 1.0)) {
         Some(amount) => amount,
         None if is_old => {

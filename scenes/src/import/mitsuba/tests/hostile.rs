@@ -170,8 +170,16 @@ fn many_names_take_no_time_and_many_folders_are_refused() {
     // Materials without an `id` are called by their line, which here is one.
     let body = "<shape type=\"sphere\"><bsdf type=\"diffuse\"/></shape>".repeat(20_000);
     assert_eq!(made_of(&body).text.matches("type = \"sided\"").count(), 20_000);
-    let folders: String = (0..1001).map(|i| format!("<path value=\"{i}\"/>")).collect();
-    assert!(fault(&folders).starts_with("a.xml:2: files are to be looked for in more than 1000 folders; put more"));
+    let paths: String = (0..1001).map(|i| format!("<path value=\"{i}\"/>")).collect();
+    let folder = folder(&[("a.xml", &format!("<scene version=\"3.0.0\">{paths}</scene>"))]);
+    (0..1001).for_each(|i| std::fs::create_dir(folder.path().join(i.to_string())).unwrap());
+    let error = open(&folder).unwrap_err();
+    assert!(error.contains("a.xml:1: files are to be looked for in more than 1000 folders; put more"), "{error}");
+    let error = fault("<path value=\"meshes\"/>");
+    assert!(
+        error.starts_with("a.xml:2: there is no folder ") && error.contains("meshes to look for files in"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -266,14 +266,18 @@ fn principled_says_all_that_it_is() {
 }
 
 #[test]
-fn what_a_mask_lets_pass_is_told_where_the_series_ends() {
+fn what_is_passed_is_told_where_the_series_ends_and_counts_otherwise() {
     let mask = "<shape type=\"disk\"><bsdf type=\"mask\"><float name=\"opacity\" value=\"0.5\"/><bsdf type=\"diffuse\"/></bsdf></shape>";
-    let told = |depth: &str| {
+    let null = "<shape type=\"disk\"><bsdf type=\"null\"/></shape>";
+    let told = |kind: &str, depth: &str, shape: &str| {
         let integrator =
-            format!("<integrator type=\"path\"><integer name=\"max_depth\" value=\"{depth}\"/></integrator>");
-        let text = format!("<scene version=\"3.0.0\">{integrator}{SENSOR}{mask}</scene>");
-        notes(&open(&folder(&[("a.xml", &text)])).unwrap(), NoteKind::Approximated)
+            format!("<integrator type=\"{kind}\"><integer name=\"max_depth\" value=\"{depth}\"/></integrator>");
+        let text = format!("<scene version=\"3.0.0\">{integrator}{SENSOR}{shape}</scene>");
+        notes(&open(&folder(&[("a.xml", &text)])).unwrap(), NoteKind::Approximated).concat()
     };
-    assert!(told("6").iter().any(|note| note.contains("counts it towards `max_depth`")), "{:?}", told("6"));
-    assert!(told("-1").is_empty(), "{:?}", told("-1"));
+    assert!(told("path", "6", mask).contains("where Mitsuba counts it towards `max_depth`"));
+    assert!(told("volpath", "6", null).contains("where Mitsuba does not count it towards `max_depth`"));
+    for exact in [told("path", "-1", mask), told("path", "6", null), told("volpath", "6", mask)] {
+        assert!(exact.is_empty(), "{exact}");
+    }
 }
