@@ -1,5 +1,6 @@
 //! Files that a user names. Devices and pipes are none, and what is packed may not become endlessly much.
 
+use flate2::read::MultiGzDecoder;
 use std::io::{self, Read};
 use std::path::Path;
 
@@ -16,6 +17,20 @@ const ALWAYS: u64 = 1 << 26;
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     check(path)?;
     std::fs::read(path)
+}
+
+/// The same, unpacked if its name ends in `.gz`.
+///
+/// # Errors
+/// As of [`read`], and if it is not packed so, or becomes too large.
+pub(crate) fn read_unpacked(path: &Path) -> io::Result<Vec<u8>> {
+    if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("gz")) {
+        return read(path);
+    }
+    let file = open(path)?;
+    let (packed, mut bytes) = (file.metadata()?.len(), Vec::new());
+    Unpacked::new(MultiGzDecoder::new(file), packed).read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
 
 /// The same, as text in UTF-8.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::Origin;
 use glam::DVec3;
-use sampling::vec2;
+use sampling::{Vec2, vec2};
 
 use super::groups::{self, Groups};
 use super::materials::Materials;
@@ -22,7 +22,8 @@ const COMMON: [&str; 7] = ["type", "label", "material", "emission", "two_sided",
 
 /// Reads the shapes: `quad { origin, edge_u, edge_v }` and `disk { center, edge_u, edge_v }`, whose edges run from the centre
 /// to the rim, with their front on the side of `edge_u × edge_v`; `sphere { center, radius }` and the open `cylinder { from,
-/// to, radius }`, with their front outside; `mesh` with `file` (OBJ or PLY) or with `vertices` and `faces` (indices from 0, three or
+/// to, radius }`, with their front outside; `mesh` with `file` (OBJ or PLY; `corner_uvs` are the texture coordinates of the three corners
+/// of every triangle, where the file has none) or with `vertices` and `faces` (indices from 0, three or
 /// more a face, the front counter-clockwise), `uvs` and `colours` of the vertices; and `instance { group, transform }`, which has no
 /// other keys.
 ///
@@ -164,17 +165,15 @@ impl Reader<'_> {
             return Err(faces.error("a mesh needs at least one face that spans an area"));
         }
         let material = self.materials.named(table)?;
-        let uvs = vertex_list(table, "uvs", positions.len(), |value| {
-            let uv = value.numbers(2, "a pair")?;
-            Ok(vec2(uv[0] as f32, uv[1] as f32))
-        })?;
+        let uvs = vertex_list(table, "uvs", positions.len(), pair)?;
         let colours = vertex_list(table, "colours", positions.len(), |value| value.colour())?;
         Ok(builder.mesh(MeshData { positions, triangles, uvs, colours, ..MeshData::default() }, material))
     }
 
     fn mesh_file(&self, builder: &mut SceneBuilder) -> Result<Vec<ShapeId>, SceneError> {
         let table = self.table;
-        self.allow(&["file"])?;
+        self.allow(&["file", "corner_uvs"])?;
+        let corners = corner_uvs(table)?;
         let file = table.need("file", "\"mesh.obj\"")?;
         let name = file.text()?;
         let ending = Path::new(name).extension().and_then(|ending| ending.to_str()).map(str::to_lowercase);
@@ -196,13 +195,21 @@ impl Reader<'_> {
                 None => ply::open(&path)?,
             };
             notes.into_iter().for_each(|(kind, text)| builder.note(format!("{}: {kind}: {text}", path.display())));
+            let mesh = match corners {
+                Some(corners) => mesh.with_corner_uvs(corners),
+                None => mesh,
+            };
             return Ok(vec![builder.mesh(mesh, material)]);
         }
         let material = table.get("material").is_some().then(|| self.materials.named(table)).transpose()?;
-        let model = match attached {
+        let mut model = match attached {
             Some(attachment) => obj::Model::read(&path, &attachment.bytes)?,
             None => obj::Model::open(&path)?,
         };
+        if let Some(corners) = corners {
+            let meshes = model.groups.iter_mut().map(|group| &mut group.mesh);
+            meshes.for_each(|mesh| *mesh = std::mem::take(mesh).with_corner_uvs(corners));
+        }
         let overrides = obj::Overrides { material, no_emission: material.is_some() || table.get("emission").is_some() };
         Ok(model.add_to(builder, overrides))
     }
@@ -263,6 +270,19 @@ impl Reader<'_> {
         builder.emit(shape, Emission { radiance, two_sided });
         Ok(())
     }
+}
+
+/// The texture coordinates of every triangle's corners in a mesh that has none.
+fn corner_uvs(table: &Table) -> Result<Option<[Vec2; 3]>, SceneError> {
+    let Some(value) = table.get("corner_uvs") else { return Ok(None) };
+    let pairs = value.array()?.iter().map(pair).collect::<Result<Vec<Vec2>, _>>()?;
+    let corners = pairs.try_into();
+    corners.map(Some).map_err(|_| value.error("give three pairs, such as [[0, 0], [1, 0], [0, 1]]"))
+}
+
+fn pair(value: &Value) -> Result<Vec2, SceneError> {
+    let uv = value.numbers(2, "a pair")?;
+    Ok(vec2(uv[0] as f32, uv[1] as f32))
 }
 
 /// One value for every vertex of a mesh, or none at all.

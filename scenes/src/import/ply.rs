@@ -67,6 +67,15 @@ pub fn open(path: &Path) -> Result<Model, SceneError> {
     read(&crate::file::read(path).map_err(unreadable)?).map_err(|error| error.in_file(path))
 }
 
+/// Whether a file that begins with these bytes has normals, and texture coordinates of its vertices.
+pub fn properties(start: &[u8]) -> [bool; 2] {
+    let end = start.windows(10).position(|window| window == b"end_header").unwrap_or(start.len().min(65_536));
+    let header = String::from_utf8_lossy(&start[..end]);
+    let names =
+        || header.lines().filter(|line| line.starts_with("property")).filter_map(|line| line.split_whitespace().last());
+    [&["nx"][..], &["u", "s", "texture_u", "texture_s"]].map(|any| names().any(|name| any.contains(&name)))
+}
+
 /// Opens a file as a whole scene, with what is to be told of it: what has colours is matte of these colours, the rest a matte grey.
 pub fn scene(path: &Path, name: &str, size: Option<(u32, u32)>) -> Result<(SceneBuilder, Vec<Note>), SceneError> {
     let Model { mesh, notes: changed } = open(path)?;

@@ -49,6 +49,28 @@ impl BakedMesh {
 }
 
 impl MeshData {
+    /// The same with these texture coordinates at the corners of every triangle, if it has none: then no triangles share vertices.
+    #[must_use]
+    pub(crate) fn with_corner_uvs(self, corners: [Vec2; 3]) -> Self {
+        if !self.uvs.is_empty() {
+            return self;
+        }
+        fn taken<T: Copy>(from: &[T], triangles: &[[u32; 3]]) -> Vec<T> {
+            if from.is_empty() {
+                return Vec::new();
+            }
+            triangles.iter().flatten().map(|&vertex| from[vertex as usize]).collect()
+        }
+        let count = self.triangles.len();
+        Self {
+            positions: taken(&self.positions, &self.triangles),
+            normals: taken(&self.normals, &self.triangles),
+            colours: taken(&self.colours, &self.triangles),
+            uvs: corners.repeat(count),
+            triangles: (0..count as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
+        }
+    }
+
     /// Says what is wrong with the numbers, if anything is.
     pub(crate) fn check(&self) -> Result<(), SceneError> {
         let vertices = self.positions.len();

@@ -129,6 +129,11 @@ impl fmt::Debug for Image {
     }
 }
 
+/// Whether a file may be a TGA, which begins with no name: with or without a table of colours, and of a kind that there is.
+fn is_targa(bytes: &[u8]) -> bool {
+    matches!(bytes, [_, 0 | 1, 1..=3 | 9..=11, ..])
+}
+
 impl Image {
     /// Decodes the bytes of a file; without `declared`, bytes are decoded as `otherwise` says, and floats are linear.
     ///
@@ -139,8 +144,14 @@ impl Image {
         if exr::is_exr(bytes) {
             return Self::decode_exr(bytes, declared);
         }
-        let reader =
-            || ImageReader::new(Cursor::new(bytes)).with_guessed_format().expect("reading memory doesn't fail");
+        let reader = || {
+            let reader = ImageReader::new(Cursor::new(bytes));
+            let mut reader = reader.with_guessed_format().expect("reading memory doesn't fail");
+            if reader.format().is_none() && is_targa(bytes) {
+                reader.set_format(ImageFormat::Tga);
+            }
+            reader
+        };
         let (width, height) = reader().into_dimensions().map_err(unreadable)?;
         check_size(width, height)?;
         let mut reader = reader();

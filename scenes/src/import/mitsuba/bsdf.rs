@@ -41,6 +41,7 @@ pub fn describe<'a>(
     let description = match plugin.kind() {
         "twosided" => two_sided(&plugin, setting, context)?,
         "mask" | "bumpmap" | "bump" | "normalmap" => super::material::layered(&plugin, setting, context)?,
+        "coating" | "roughcoating" => uncoated(&plugin, setting, context)?,
         "blendbsdf" | "mixturebsdf" => super::material::blend(&plugin, setting, context)?,
         _ => model(&plugin, context)?,
     };
@@ -48,6 +49,20 @@ pub fn describe<'a>(
     plugin.finish(context);
     context.leave();
     Ok(description)
+}
+
+/// What is under a coat.
+fn uncoated<'a>(plugin: &Plugin<'a>, setting: Setting, context: &mut Context<'a>) -> Result<Description, SceneError> {
+    let Some(inner) = plugin.tagged("bsdf").pop() else {
+        return Err(plugin.place().error(format!("`{}` holds no material", plugin.kind()), "add a `bsdf`"));
+    };
+    let coat = ["thickness", "sigma_a", "int_ior", "ext_ior", "alpha", "distribution", "specular_reflectance"];
+    plugin.skip(&coat);
+    context.approximate(
+        plugin.place(),
+        format!("the coat of a `{}` is left out: what is under it is kept", plugin.kind()),
+    );
+    describe(inner, setting, context)
 }
 
 fn two_sided<'a>(plugin: &Plugin<'a>, setting: Setting, context: &mut Context<'a>) -> Result<Description, SceneError> {
@@ -117,6 +132,12 @@ fn both_sides<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<Desc
         "roughplastic" => plastic::rough(plugin, context)?,
         "phong" | "ward" => glossy(plugin, context)?,
         "principled" | "principledthin" => principled::describe(plugin, context)?,
+        "difftrans" => {
+            let passing = parameter(&["transmittance"], 0.5, Reflectance)?;
+            Description::new("diffuse_transmission", place)
+                .with("reflectance", texture::Texture::grey(0.0))
+                .with("transmittance", passing)
+        }
         "null" => {
             context.null.get_or_insert_with(|| place.clone());
             Description::new("null", place)

@@ -1,6 +1,6 @@
 //! What a translation knows while it goes on: who is referred to by which name, where files are, and what is written so far.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use super::xml::{Element, Xml};
@@ -52,6 +52,10 @@ pub struct Context<'a> {
     missing: Missing,
     /// The materials written, by their element and by whether v runs the other way.
     pub material_names: BTreeMap<(*const Element, bool), String>,
+    /// How many textures have been read that need texture coordinates.
+    pub uv_textures: usize,
+    /// The materials written that do.
+    pub mapped_materials: BTreeSet<String>,
     taken: Names,
     /// How many things that refer to others are being read, each within the one before.
     nesting: usize,
@@ -85,6 +89,8 @@ impl<'a> Context<'a> {
             meshes: Meshes::new(stem),
             missing: Missing::default(),
             material_names: BTreeMap::new(),
+            uv_textures: 0,
+            mapped_materials: BTreeSet::new(),
             taken: Names::default(),
             nesting: 0,
             visits: 0,

@@ -313,7 +313,11 @@ pub fn named<'a>(element: &'a Element, turned: bool, context: &mut Context<'a>) 
     let own = element.attribute("id").map(str::to_string);
     let name = context.fresh_name(&own.unwrap_or_else(|| format!("{}_line{}", element.kind(), element.place.line)));
     let setting = Setting { name: &name, turned };
+    let before = context.uv_textures;
     describe(element, setting, context)?.write(&name, turned, context);
+    if context.uv_textures > before {
+        context.mapped_materials.insert(name.clone());
+    }
     context.material_names.insert(key, name.clone());
     Ok(name)
 }

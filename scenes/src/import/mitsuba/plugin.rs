@@ -122,12 +122,27 @@ impl<'a> Plugin<'a> {
         self.part(name).map(|part| transform::vector(part, 0.0)).transpose()
     }
 
-    /// A transform; the identity where there is none.
+    /// A transform that flattens nothing; the identity where there is none.
     pub fn transform(&self, name: &str, context: &mut Context<'a>) -> Result<DMat4, SceneError> {
-        match self.part(name) {
-            Some(part) => transform::read(part, context),
-            None => Ok(DMat4::IDENTITY),
+        let Some(part) = self.part(name) else { return Ok(DMat4::IDENTITY) };
+        let map = transform::read(part, context)?;
+        if transform::flattens(&map) {
+            let mend = "let every direction keep some length";
+            return Err(part.place.error("the transform flattens what it is applied to", mend));
         }
+        Ok(map)
+    }
+
+    /// Where a shape is; `None`, and a note, where its transform leaves nothing of it.
+    pub fn placement(&self, context: &mut Context<'a>) -> Result<Option<DMat4>, SceneError> {
+        let Some(part) = self.part("to_world") else { return Ok(Some(DMat4::IDENTITY)) };
+        let map = transform::read(part, context)?;
+        if transform::flattens(&map) {
+            let text = format!("{} that its transform flattens is left out", self.element.title());
+            context.approximate(self.place(), text);
+            return Ok(None);
+        }
+        Ok(Some(map))
     }
 
     /// Tells which parts nobody asked for, and which there are two of.

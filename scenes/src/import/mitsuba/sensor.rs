@@ -132,7 +132,8 @@ fn frame(to_world: &DMat4, parallel: bool, place: &Place, context: &mut Context)
     let axes = DMat3::from_mat4(*to_world);
     let along = if parallel { axes.z_axis.normalize() * axes.x_axis.length() } else { axes.z_axis };
     let shape = DMat4::from_mat3(DMat3::from_cols(axes.x_axis, axes.y_axis, along));
-    if !super::transform::is_similarity(&shape, 1e-4) {
+    // The matrices of exporters have four digits.
+    if !super::transform::is_similarity(&shape, 1e-3) {
         context.approximate(place, "the transform of a sensor stretches or shears it, which is left out");
     }
     (to_world.w_axis.truncate(), axes.z_axis.normalize(), axes.y_axis.normalize(), axes.determinant() < 0.0)

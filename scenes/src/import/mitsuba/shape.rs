@@ -24,11 +24,13 @@ struct Form {
     turned: bool,
     /// Whether its front is the other side than Mitsuba's.
     other_side: bool,
+    /// Whether it has texture coordinates.
+    has_uvs: bool,
 }
 
 impl Form {
     fn new(kind: &'static str, keys: Vec<(&'static str, String)>, transform: DMat4) -> Self {
-        Self { kind, keys, transform, turned: false, other_side: false }
+        Self { kind, keys, transform, turned: false, other_side: false, has_uvs: true }
     }
 }
 
@@ -57,7 +59,7 @@ fn write_one<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<(), 
         }
         _ => {}
     }
-    let to_world = plugin.transform("to_world", context)?;
+    let Some(to_world) = plugin.placement(context)? else { return Ok(()) };
     let flipped = plugin.boolean("flip_normals")?.unwrap_or(false);
     let Some(form) = form(&plugin, to_world, context)? else { return Ok(()) };
     context.mapped(element, &format!("`{}`", form.kind));
@@ -75,10 +77,12 @@ fn write_one<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<(), 
         None if holds_medium && element.version < 2 => material::null(&element.place, context),
         None => material::usual(&element.place, !emitters.is_empty(), context),
     };
+    let before = context.uv_textures;
     let emission = match emitters.first() {
         Some(emitter) => radiance(emitter, form.turned, context)?,
         None => None,
     };
+    let is_mapped = context.uv_textures > before || context.mapped_materials.contains(&material);
     for sensor in plugin.tagged("sensor") {
         if context.in_group() {
             return Err(sensor.place.error("a sensor is part of a `shapegroup`", "move its shape out of the group"));
@@ -100,6 +104,12 @@ fn write_one<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<(), 
         lines.key(place, key, value);
     }
     lines.key(place, "material", quoted(&material));
+    if is_mapped && !form.has_uvs {
+        let text = "triangles without texture coordinates have their barycentric ones, as in Mitsuba";
+        context.note(NoteKind::Mapped, place, text);
+        let turned = "[[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]";
+        lines.key(place, "corner_uvs", if form.turned { turned } else { "[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]" });
+    }
     if let Some((emission, emitter)) = emission {
         if context.in_group() {
             let text = "a shape of a group that emits is copied for each instance";
@@ -160,7 +170,7 @@ fn radiance<'a>(
 
 /// A group of shapes, somewhere.
 fn instance<'a>(plugin: &Plugin<'a>, context: &mut Context<'a>) -> Result<(), SceneError> {
-    let to_world = plugin.transform("to_world", context)?;
+    let Some(to_world) = plugin.placement(context)? else { return Ok(()) };
     let group = plugin.tagged("shape").into_iter().find(|shape| shape.kind() == "shapegroup");
     let Some(group) = group else {
         return Err(plugin.place().error("`shape instance` refers to no `shapegroup`", "add `<ref id=\"…\"/>`"));
@@ -312,9 +322,10 @@ fn mesh_file<'a>(plugin: &Plugin<'a>, transform: DMat4, context: &mut Context<'a
         (vec![found.mesh], has_normals, flat || found.face_normals, false)
     };
     let mut data = mesh::joined(data);
+    let has_uvs = !data.uvs.is_empty();
     let smoothed = if has_normals || of_faces { None } else { mesh::smooth_normals(&data, &transform) };
     if nameable && smoothed.is_none() && !(has_normals && of_faces) {
-        return Ok(Some(form(&context.named_from_base(&path), has_normals)));
+        return Ok(Some(Form { has_uvs, ..form(&context.named_from_base(&path), has_normals) }));
     }
     if of_faces {
         data.normals.clear();
@@ -328,7 +339,7 @@ fn mesh_file<'a>(plugin: &Plugin<'a>, transform: DMat4, context: &mut Context<'a
         data.normals = normals;
     }
     let file = context.meshes.keep(mesh::obj(&data));
-    Ok(Some(form(&file, has_normals && !of_faces)))
+    Ok(Some(Form { has_uvs, ..form(&file, has_normals && !of_faces) }))
 }
 
 /// A PLY file, named as it is.
@@ -341,9 +352,7 @@ fn ply<'a>(
 ) -> Result<Form, SceneError> {
     let bytes =
         crate::file::read(path).map_err(|error| SceneError::unreadable(path, error, "name a file that can be read"))?;
-    let end = bytes.windows(10).position(|window| window == b"end_header").unwrap_or(bytes.len().min(65_536));
-    let header = String::from_utf8_lossy(&bytes[..end]);
-    let has_normals = header.lines().any(|line| line.starts_with("property") && line.trim_end().ends_with(" nx"));
+    let [has_normals, has_uvs] = crate::import::ply::properties(&bytes);
     match (has_normals, flat) {
         (true, true) => {
             context.approximate(plugin.place(), "`face_normals` of a `ply` are left out: the file's own hold")
@@ -354,5 +363,5 @@ fn ply<'a>(
         }
         _ => {}
     }
-    Ok(form(&context.named_from_base(path), has_normals))
+    Ok(Form { has_uvs, ..form(&context.named_from_base(path), has_normals) })
 }

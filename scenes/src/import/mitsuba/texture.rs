@@ -215,6 +215,9 @@ pub fn read<'a>(element: &'a Element, quantity: Quantity, context: &mut Context<
     if texture.constant().is_none() {
         plugin.finish(context);
     }
+    if matches!(texture, Texture::Image(_) | Texture::Checkerboard { .. }) {
+        context.uv_textures += 1;
+    }
     context.leave();
     Ok(texture)
 }

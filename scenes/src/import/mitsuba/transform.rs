@@ -8,7 +8,7 @@ use super::xml::Element;
 use crate::error::SceneError;
 use crate::import::translation::{self, NoteKind};
 
-/// The transform that an element `transform` describes. It must be affine, and may not flatten.
+/// The transform that an element `transform` describes. It must be affine.
 /// Of an `animation` it is the earliest.
 pub fn read(element: &Element, context: &mut Context) -> Result<DMat4, SceneError> {
     if element.tag == "animation" {
@@ -33,14 +33,17 @@ pub fn read(element: &Element, context: &mut Context) -> Result<DMat4, SceneErro
         };
         whole = map * whole;
     }
-    let axes = DMat3::from_mat4(whole);
-    let spread = axes.x_axis.length() * axes.y_axis.length() * axes.z_axis.length();
-    if !whole.is_finite() || axes.determinant().abs() <= 1e-9 * spread {
-        return Err(element
-            .place
-            .error("the transform flattens what it is applied to", "let every direction keep some length"));
+    if !whole.is_finite() {
+        return Err(element.place.error("the transform has numbers that are too large", "give smaller ones"));
     }
     Ok(whole)
+}
+
+/// Whether nothing is left of some direction.
+pub fn flattens(map: &DMat4) -> bool {
+    let axes = DMat3::from_mat4(*map);
+    let spread = axes.x_axis.length() * axes.y_axis.length() * axes.z_axis.length();
+    axes.determinant().abs() <= 1e-9 * spread
 }
 
 /// Where an animation begins.
@@ -86,6 +89,9 @@ fn rotation(step: &Element, context: &mut Context) -> Result<DMat4, SceneError> 
     };
     let (sine, cosine) = finite(angle, "angle", &step.place)?.to_radians().sin_cos();
     let written = vector(step, 0.0)?;
+    if sine == 0.0 && cosine == 1.0 {
+        return Ok(DMat4::IDENTITY);
+    }
     let Some(unit) = written.try_normalize() else {
         return Err(step.place.error("`rotate` has no axis", "give an axis such as `y=\"1\"`"));
     };

@@ -42,7 +42,8 @@ pub fn write(options: &Options, root: &Place, context: &mut Context) -> Result<L
     let place = &camera.place;
     let film = film(options, place, context)?;
     let from_camera = to_camera.inverse();
-    if !is_similarity(&from_camera, 1e-4) {
+    // The matrices of exporters have four digits.
+    if !is_similarity(&from_camera, 1e-3) {
         context.approximate(place, "the transform of a camera stretches or shears it, which is left out");
     }
     let axes = DMat3::from_mat4(from_camera);
@@ -230,7 +231,8 @@ fn filter(options: &Options, context: &mut Context) -> Result<&'static str, Scen
     };
     // A `triangle` is 2 wide unless told otherwise.
     let otherwise = if kind == "triangle" { 2.0 } else { radius };
-    let mut same = filter.float_or("xradius", otherwise)? == radius && filter.float_or("yradius", otherwise)? == radius;
+    let radii = [filter.float_or("xradius", otherwise)?, filter.float_or("yradius", otherwise)?];
+    let mut same = radii == [radius; 2];
     for (name, value) in usual {
         same &= (filter.float_or(name, *value)? - value).abs() < 1e-3;
     }

@@ -1,6 +1,6 @@
 //! What a translation knows while it goes on: what has which name, where files are, and what is written so far.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -38,6 +38,10 @@ pub struct Context {
     pub colour_textures: BTreeMap<String, Rc<Parameters>>,
     /// Materials by name.
     pub named_materials: BTreeMap<String, Rc<Parameters>>,
+    /// How many textures have been read that need texture coordinates.
+    pub uv_textures: usize,
+    /// The materials written that do.
+    pub mapped_materials: BTreeSet<String>,
     /// Materials written, by what they are and by their mask.
     pub written: BTreeMap<(String, String), String>,
     taken: Names,
@@ -66,6 +70,8 @@ impl Context {
             float_textures: BTreeMap::new(),
             colour_textures: BTreeMap::new(),
             named_materials: BTreeMap::new(),
+            uv_textures: 0,
+            mapped_materials: BTreeSet::new(),
             written: BTreeMap::new(),
             taken: Names::default(),
             nesting: 0,

@@ -24,6 +24,17 @@ pub enum Material {
     Own(Rc<Parameters>),
 }
 
+impl Material {
+    /// Whether it is said to be but a border between media.
+    pub fn is_interface(&self, context: &Context) -> bool {
+        match self {
+            Self::Usual => false,
+            Self::Named(name, _) => context.named_materials.get(&**name).is_some_and(|known| known.kind == "interface"),
+            Self::Own(own) => own.kind == "interface",
+        }
+    }
+}
+
 /// The value of a key.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
@@ -150,6 +161,7 @@ pub fn named(
     if let Some(name) = context.written.get(&identity) {
         return Ok(name.clone());
     }
+    let mapped_before = context.uv_textures;
     let (wanted, mut description) = match material {
         Material::Usual => {
             ("default".to_string(), Description::new("lambert", shape).with("albedo", Texture::grey(0.5)))
@@ -165,6 +177,9 @@ pub fn named(
     }
     let name = context.fresh_name(&wanted);
     description.write(&name, context);
+    if context.uv_textures > mapped_before || opacity.is_some_and(|opacity| opacity.constant().is_none()) {
+        context.mapped_materials.insert(name.clone());
+    }
     context.written.insert(identity, name.clone());
     Ok(name)
 }

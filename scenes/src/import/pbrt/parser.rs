@@ -166,7 +166,9 @@ impl<'t> Parser<'t> {
         if form.numbers > 0 {
             self.numbers(form.numbers, &mut statement)?;
         }
-        if form.has_parameters {
+        if form.name == "Option" {
+            self.option(&statement)?;
+        } else if form.has_parameters {
             while matches!(self.peek()?, Some(Token::Text(_))) {
                 let parameter = self.parameter()?;
                 statement.parameters.push(parameter);
@@ -192,6 +194,25 @@ impl<'t> Parser<'t> {
                 }
             }
             _ => Err(lacks()),
+        }
+    }
+
+    /// The name of an `Option`, which may lack its type, and its value; it changes no light.
+    fn option(&mut self, statement: &Statement) -> Result<(), SceneError> {
+        let lacks = |what: &str| {
+            let message = format!("an `Option` lacks its {what}");
+            Err(statement.place.error(message, "write one such as `Option \"seed\" 7`"))
+        };
+        let Some((Token::Text(_), _)) = self.take()? else { return lacks("name") };
+        match self.take()? {
+            Some((Token::Number(_) | Token::Text(_) | Token::Word("true" | "false"), _)) => Ok(()),
+            Some((Token::Open, _)) => {
+                while !matches!(self.peek()?, Some(Token::Close) | None) {
+                    self.take()?;
+                }
+                self.take()?.map_or_else(|| lacks("end"), |_| Ok(()))
+            }
+            _ => lacks("value"),
         }
     }
 

@@ -22,7 +22,7 @@ use crate::import::translation::{Lines, NoteKind, Place, number, numbers, quoted
 /// A shape's form in its own frame.
 pub enum Geometry {
     /// A file; its triangles where they are asked for, to know their area.
-    Mesh { file: String, has_normals: bool, triangles: Option<MeshData> },
+    Mesh { file: String, has_normals: bool, has_uvs: bool, triangles: Option<MeshData> },
     /// About the origin.
     Sphere { radius: f64 },
     /// Across the z axis.
@@ -96,8 +96,8 @@ pub fn read(parameters: &Parameters, keep: bool, context: &mut Context) -> Resul
                 return Ok(None);
             }
             let file = context.meshes.keep(mesh::obj(&data));
-            let has_normals = !data.normals.is_empty();
-            Geometry::Mesh { file, has_normals, triangles: keep.then_some(data) }
+            let (has_normals, has_uvs) = (!data.normals.is_empty(), !data.uvs.is_empty());
+            Geometry::Mesh { file, has_normals, has_uvs, triangles: keep.then_some(data) }
         }
         "plymesh" => triangles::ply(parameters, keep, context)?,
         kind => {
@@ -129,6 +129,11 @@ pub fn written(record: &Record, header: &str, context: &mut Context) -> Result<L
     let opacity = opacity.filter(|opacity| opacity.constant() != Some([1.0; 3]));
     let material = material::named(&record.material, opacity.as_ref(), place, context)?;
     let emission = match &record.light {
+        Some(light) if record.material.is_interface(context) => {
+            let text = "a shape of the material `interface` does not emit, as in pbrt-v4";
+            context.note(NoteKind::Mapped, &light.place, text);
+            None
+        }
         Some(light) => emission(light, record, context)?,
         None => None,
     };
@@ -143,6 +148,12 @@ pub fn written(record: &Record, header: &str, context: &mut Context) -> Result<L
         lines.key(place, key, value);
     }
     lines.key(place, "material", quoted(&material));
+    let is_mapped = context.mapped_materials.contains(&material)
+        || emission.as_ref().is_some_and(|(emission, _)| emission.constant().is_none());
+    if is_mapped && matches!(*record.geometry, Geometry::Mesh { has_uvs: false, .. }) {
+        context.note(NoteKind::Mapped, place, "triangles without texture coordinates have pbrt's own");
+        lines.key(place, "corner_uvs", "[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]");
+    }
     if let (Some((emission, two_sided)), Some(light)) = (emission, &record.light) {
         lines.key(&light.place, "emission", emission.toml());
         if two_sided {

@@ -11,7 +11,7 @@ use super::context::{Context, file_name};
 use super::material::Material;
 use super::object::{Object, Objects};
 use super::parameters::Parameters;
-use super::parser::{Parameter, Parser, Statement};
+use super::parser::{Parameter, Parser, Statement, Values};
 use super::sensor::Sensor;
 use super::shape::{self, Record};
 use super::{light, transform};
@@ -37,6 +37,11 @@ struct Graphics {
     light: Option<Rc<Parameters>>,
     /// Parameters that things of a kind have where they do not say otherwise.
     usual: Rc<BTreeMap<String, Vec<Parameter>>>,
+    /// What textures are kept as that were named again. Before v4 a name holds from there on, within its attributes; since then there may
+    /// not be two.
+    textures: Rc<BTreeMap<String, String>>,
+    /// The same of materials.
+    materials: Rc<BTreeMap<String, String>>,
 }
 
 /// What was begun.
@@ -65,6 +70,24 @@ pub struct State<'c> {
     in_world: bool,
     open: Vec<PathBuf>,
     files: usize,
+    names: SecondNames,
+}
+
+/// Names for what has one that is taken.
+#[derive(Default)]
+struct SecondNames(u64);
+
+impl SecondNames {
+    /// This name with a number behind it that makes it free.
+    fn free(&mut self, name: &str, is_taken: impl Fn(&str) -> bool) -> String {
+        loop {
+            self.0 += 1;
+            let other = format!("{name}_{}", self.0 + 1);
+            if !is_taken(&other) {
+                return other;
+            }
+        }
+    }
 }
 
 impl<'c> State<'c> {
@@ -81,6 +104,8 @@ impl<'c> State<'c> {
                 material: Material::Usual,
                 light: None,
                 usual: Rc::default(),
+                textures: Rc::default(),
+                materials: Rc::default(),
             },
             stack: Vec::new(),
             systems: BTreeMap::new(),
@@ -88,6 +113,7 @@ impl<'c> State<'c> {
             in_world: false,
             open: Vec::new(),
             files: 0,
+            names: SecondNames::default(),
         }
     }
 
@@ -107,7 +133,7 @@ impl<'c> State<'c> {
         if self.open.len() >= MAX_INCLUDES || self.files > MOST_FILES {
             return Err(wrong("too many files are included".to_string(), "put their text together"));
         }
-        let bytes = crate::file::read(path)
+        let bytes = crate::file::read_unpacked(path)
             .map_err(|error| SceneError::unreadable(path, error, "give the path of a .pbrt file"))?;
         let text = String::from_utf8(bytes).map_err(|error| {
             let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
@@ -174,7 +200,14 @@ impl<'c> State<'c> {
             "WorldBegin" => self.world(&place)?,
             "WorldEnd" => {}
             "Include" | "Import" => self.include(&statement)?,
-            "NamedMaterial" => self.graphics.material = Material::Named(statement.texts[0].as_str().into(), place),
+            "NamedMaterial" => {
+                let name = &statement.texts[0];
+                let name = self.graphics.materials.get(name).unwrap_or(name);
+                self.graphics.material = Material::Named(name.as_str().into(), place);
+            }
+            "Camera" if transform::flattens(&self.graphics.map) => {
+                return Err(place.error("the transform flattens the camera", "let every direction keep some length"));
+            }
             "Camera" => {
                 // It stands where its frame leads to; lights and shapes may name that frame.
                 self.systems.insert("camera".to_string(), self.graphics.map.inverse());
@@ -207,6 +240,9 @@ impl<'c> State<'c> {
             "AreaLightSource" => self.graphics.light = Some(Rc::new(self.parameters("light", statement))),
             "LightSource" => {
                 self.needs_world(&statement)?;
+                if self.is_flattened("a light", &place) {
+                    return Ok(());
+                }
                 let parameters = self.parameters("light", statement);
                 light::write(&parameters, &self.graphics.map, self.context)?;
             }
@@ -221,6 +257,16 @@ impl<'c> State<'c> {
         let kind = if statement.texts.is_empty() { String::new() } else { statement.texts.swap_remove(0) };
         let mut list = statement.parameters;
         list.extend(self.graphics.usual.get(target).into_iter().flatten().cloned());
+        for Parameter { kind, name, values, .. } in &mut list {
+            let renamed = match (kind.as_str(), name.as_str()) {
+                ("texture", _) => &self.graphics.textures,
+                ("string", "materials" | "namedmaterial1" | "namedmaterial2") => &self.graphics.materials,
+                _ => continue,
+            };
+            if let Values::Texts(names) = values {
+                names.iter_mut().for_each(|name| renamed.get(name).into_iter().for_each(|kept| name.clone_from(kept)));
+            }
+        }
         Parameters::new(statement.name, kind, statement.place, list)
     }
 
@@ -317,12 +363,15 @@ impl<'c> State<'c> {
                 .place
                 .error("a material has no `type`", "add one such as `\"string type\" \"diffuse\"`"));
         };
-        let place = parameters.place.clone();
         parameters.kind = kind;
-        let made = Rc::new(parameters);
-        if self.context.named_materials.insert(name, made).is_some() {
-            self.context.approximate(&place, "of two materials of a name the last holds everywhere");
+        let known = &mut self.context.named_materials;
+        if !known.contains_key(&name) {
+            known.insert(name, Rc::new(parameters));
+            return Ok(());
         }
+        let kept = self.names.free(&name, |name| known.contains_key(name));
+        known.insert(kept.clone(), Rc::new(parameters));
+        Rc::make_mut(&mut self.graphics.materials).insert(name, kept);
         Ok(())
     }
 
@@ -331,17 +380,26 @@ impl<'c> State<'c> {
         let name = statement.texts.swap_remove(0);
         let place = statement.place.clone();
         let parameters = Rc::new(self.parameters("texture", statement));
-        let textures = match kind.as_str() {
-            "float" => &mut self.context.float_textures,
-            "spectrum" | "color" => &mut self.context.colour_textures,
+        let (textures, others) = match kind.as_str() {
+            "float" => (&mut self.context.float_textures, &mut self.context.colour_textures),
+            "spectrum" | "color" => (&mut self.context.colour_textures, &mut self.context.float_textures),
             _ => {
                 let message = format!("a texture is of `{}`", super::lexer::shown(&kind));
                 return Err(place.error(message, "write `float` or `spectrum`"));
             }
         };
-        if textures.insert(name, parameters).is_some() {
-            self.context.approximate(&place, "of two textures of a name the last holds everywhere");
+        let before = self.graphics.textures.get(&name).unwrap_or(&name).clone();
+        if !textures.contains_key(&before) {
+            textures.insert(before, parameters);
+            return Ok(());
         }
+        // Numbers and colours may have one name, of which but one is named again.
+        let kept = self.names.free(&name, |name| textures.contains_key(name) || others.contains_key(name));
+        if let Some(other) = others.get(&before).cloned() {
+            others.insert(kept.clone(), other);
+        }
+        textures.insert(kept.clone(), parameters);
+        Rc::make_mut(&mut self.graphics.textures).insert(name, kept);
         Ok(())
     }
 
@@ -349,6 +407,9 @@ impl<'c> State<'c> {
         self.needs_world(&statement)?;
         let parameters = self.parameters("shape", statement);
         let place = parameters.place.clone();
+        if self.is_flattened("a shape", &place) {
+            return Ok(());
+        }
         let light = self.graphics.light.clone();
         let light = if light.is_some() && self.object.is_some() {
             self.context.approximate(&place, "shapes of objects do not emit, as in pbrt");
@@ -380,6 +441,18 @@ impl<'c> State<'c> {
         if self.object.is_some() {
             return Err(place.error("an instance stands within an object", "end the object by `ObjectEnd` first"));
         }
+        if self.is_flattened("an instance", place) {
+            return Ok(());
+        }
         self.objects.instance(name, self.graphics.map, place, self.context)
+    }
+
+    /// Whether the transform leaves nothing of what stands here, which is told.
+    fn is_flattened(&mut self, what: &str, place: &Place) -> bool {
+        let flattened = transform::flattens(&self.graphics.map);
+        if flattened {
+            self.context.approximate(place, format!("{what} that its transform flattens is left out"));
+        }
+        flattened
     }
 }

@@ -10,6 +10,7 @@ use std::path::Path;
 use tempfile::TempDir;
 
 use super::translate;
+use crate::builder::MeshData;
 use crate::import::translation::{NoteKind, Translation};
 use crate::needs::Skip;
 use crate::ray::Ray;
@@ -210,4 +211,98 @@ fn surfaces_emit_on_one_side_or_two() {
     let mesh = "Scale 3 1 1 Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2]";
     let power = shape(&format!("\"float power\" 3 {mesh}"));
     assert!((power["emission"].as_float().unwrap() - 2.0 / std::f64::consts::PI).abs() < 1e-9);
+}
+
+const BARE: &str = "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2]";
+
+/// Before v4 a name of a texture or material may be given again, for what comes after it within the same attributes.
+#[test]
+fn names_that_are_given_again_hold_from_there_on() {
+    let texture =
+        |value: f64| format!("Texture \"t\" \"spectrum\" \"constant\" \"rgb value\" [{value} {value} {value}]");
+    let shape = "Material \"matte\" \"texture Kd\" \"t\" Shape \"sphere\"";
+    let text = format!(
+        "{} AttributeBegin {} {shape} AttributeEnd {shape} {} {shape}\n\
+         Texture \"t\" \"float\" \"constant\" \"float value\" 0.75 {shape}",
+        texture(0.25),
+        texture(0.5),
+        texture(0.125)
+    );
+    let translation = made_of(&text);
+    assert!(notes(&translation, NoteKind::Approximated).is_empty(), "{:?}", translation.notes);
+    let table = table(&translation);
+    let albedo =
+        |shape: &toml::Value| table["materials"][shape["material"].as_str().unwrap()]["albedo"].as_float().unwrap();
+    let albedos: Vec<f64> = table["shapes"].as_array().unwrap().iter().map(albedo).collect();
+    assert_eq!(albedos, [0.5, 0.25, 0.125, 0.125]);
+
+    let material = |value: f64| {
+        format!("MakeNamedMaterial \"m\" \"string type\" \"diffuse\" \"rgb reflectance\" [{value} {value} {value}]")
+    };
+    let shape = "NamedMaterial \"m\" Shape \"sphere\"";
+    let table = self::table(&made_of(&format!("{} {shape} {} {shape}", material(0.25), material(0.5))));
+    let albedo =
+        |shape: &toml::Value| table["materials"][shape["material"].as_str().unwrap()]["albedo"].as_float().unwrap();
+    let albedos: Vec<f64> = table["shapes"].as_array().unwrap().iter().map(albedo).collect();
+    assert_eq!(albedos, [0.25, 0.5]);
+}
+
+#[test]
+fn triangles_without_texture_coordinates_have_pbrts() {
+    let checks = "Texture \"t\" \"spectrum\" \"checkerboard\" Material \"diffuse\" \"texture reflectance\" \"t\"";
+    let corners = |text: &str| table(&made_of(text))["shapes"][0].get("corner_uvs").map(ToString::to_string);
+    let mapped = format!("{checks} {BARE}");
+    assert_eq!(corners(&mapped).as_deref(), Some("[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]"));
+    assert_eq!(corners(&format!("{mapped} \"point2 uv\" [0 0 1 0 0 1]")), None);
+    assert_eq!(corners(BARE), None);
+    made_of(&mapped).read("a", Path::new("."), None).unwrap().build(Skip::Unneeded).unwrap();
+    let positions = vec![glam::DVec3::ZERO, glam::DVec3::X, glam::DVec3::Y, glam::DVec3::ONE];
+    let mesh = MeshData { positions, triangles: vec![[0, 1, 2], [2, 1, 3]], ..MeshData::default() };
+    let uvs = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]].map(sampling::Vec2::from);
+    let own = mesh.with_corner_uvs(uvs);
+    assert_eq!((own.uvs.clone(), own.triangles.clone()), (uvs.repeat(2), vec![[0, 1, 2], [3, 4, 5]]));
+    assert_eq!(own.positions[3..], [glam::DVec3::Y, glam::DVec3::X, glam::DVec3::ONE]);
+    assert_eq!(own.clone().with_corner_uvs([sampling::Vec2::ZERO; 3]).uvs, own.uvs);
+}
+
+#[test]
+fn what_a_transform_flattens_is_left_out() {
+    let flat = format!("AttributeBegin Scale 1 0 1 AttributeBegin AttributeEnd AttributeEnd {BARE}");
+    assert!(notes(&made_of(&flat), NoteKind::Approximated).is_empty());
+    let flat = made_of(&format!("{BARE} Transform [ 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 1 ] Shape \"sphere\""));
+    assert_eq!(notes(&flat, NoteKind::Approximated), ["a shape that its transform flattens is left out"]);
+    assert_eq!(table(&flat)["shapes"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn options_need_no_type_and_filters_have_two_radii() {
+    for option in ["\"seed\" 42", "\"disablepixeljitter\" true", "\"string msereferenceimage\" [ \"a\" ]"] {
+        assert!(notes(&made_of(&format!("Option {option}\n{BARE}")), NoteKind::Approximated).is_empty());
+    }
+    let filter = "PixelFilter \"gaussian\" \"float xradius\" 2 \"float yradius\" 2";
+    let text = format!("{filter}\n{CAMERA}\n{BARE}");
+    let told = notes(&open(&folder(&[("a.pbrt", &text)])).unwrap(), NoteKind::Approximated).concat();
+    assert!(told.contains("has other parameters than our `gaussian`") && !told.contains("yradius"), "{told}");
+}
+
+#[test]
+fn interfaces_do_not_emit_and_amounts_may_have_colours() {
+    let text = format!("Material \"interface\" AreaLightSource \"diffuse\" {BARE}");
+    assert!(table(&made_of(&text))["shapes"][0].get("emission").is_none());
+    let part = |name: &str| format!("MakeNamedMaterial \"{name}\" \"string type\" \"matte\"");
+    let mix =
+        "Material \"mix\" \"string namedmaterial1\" \"a\" \"string namedmaterial2\" \"b\" \"rgb amount\" [.1 .2 .6]";
+    let translation = made_of(&format!("{} {} {mix} {BARE}", part("a"), part("b")));
+    let amount = table(&translation)["materials"]["mix_line2"]["amount"].as_float().unwrap();
+    assert!((amount - 0.7).abs() < 1e-12, "{amount}");
+    assert!(notes(&translation, NoteKind::Approximated).concat().contains("is taken as its mean"));
+}
+
+#[test]
+fn packed_files_are_included() {
+    let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    std::io::Write::write_all(&mut packer, BARE.as_bytes()).unwrap();
+    let folder = folder(&[("a.pbrt", &format!("{CAMERA}\nInclude \"b.pbrt.gz\"\n"))]);
+    std::fs::write(folder.path().join("b.pbrt.gz"), packer.finish().unwrap()).unwrap();
+    assert_eq!(table(&open(&folder).unwrap())["shapes"].as_array().unwrap().len(), 1);
 }

@@ -224,6 +224,9 @@ fn made_of(texture: &Parameters, quantity: Quantity, context: &mut Context) -> R
             return Ok(Texture::grey(0.5));
         }
     };
+    if made.constant().is_none() {
+        context.uv_textures += 1;
+    }
     context.mapped(texture, what);
     texture.finish(context);
     context.leave();

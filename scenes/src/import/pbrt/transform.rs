@@ -25,24 +25,25 @@ pub fn read(statement: &Statement) -> Result<DMat4, SceneError> {
     Ok(map)
 }
 
-/// Refuses what is not affine, and what flattens.
+/// Refuses what is not affine.
 pub fn check(map: &DMat4, statement: &Statement) -> Result<(), SceneError> {
     let place = &statement.place;
     let last = map.row(3);
     if last.x != 0.0 || last.y != 0.0 || last.z != 0.0 || last.w != 1.0 {
         return Err(place.error(format!("`{}` is not affine", statement.name), "let its last row be 0 0 0 1"));
     }
-    let axes = DMat3::from_mat4(*map);
-    let spread = axes.x_axis.length() * axes.y_axis.length() * axes.z_axis.length();
-    if !map.is_finite()
-        || !spread.is_finite()
-        || !axes.inverse().is_finite()
-        || axes.determinant().abs() <= 1e-9 * spread
-    {
-        let message = format!("`{}` flattens what it is applied to", statement.name);
-        return Err(place.error(message, "let every direction keep some length"));
+    if !map.is_finite() {
+        let message = format!("`{}` has numbers that are too large", statement.name);
+        return Err(place.error(message, "give smaller ones"));
     }
     Ok(())
+}
+
+/// Whether nothing is left of some direction, so that there is no way back.
+pub fn flattens(map: &DMat4) -> bool {
+    let axes = DMat3::from_mat4(*map);
+    let spread = axes.x_axis.length() * axes.y_axis.length() * axes.z_axis.length();
+    !spread.is_finite() || !axes.inverse().is_finite() || axes.determinant().abs() <= 1e-9 * spread
 }
 
 /// From the world to who stands at the first point and looks at the second: x to the right of a left-handed world, y up, z ahead.

@@ -2,7 +2,6 @@
 
 use std::io::Read as _;
 
-use flate2::read::MultiGzDecoder;
 use glam::DVec3;
 use sampling::Vec2;
 
@@ -11,7 +10,6 @@ use super::parameters::Parameters;
 use super::shape::Geometry;
 use crate::builder::MeshData;
 use crate::error::SceneError;
-use crate::file::Unpacked;
 use crate::import::mitsuba::mesh;
 use crate::import::ply;
 use crate::import::translation::NoteKind;
@@ -149,25 +147,20 @@ pub fn ply(parameters: &Parameters, keep: bool, context: &mut Context) -> Result
     }
     let Some(path) = context.find(name, place) else {
         // It is told of with the others that are missing.
-        return Ok(Geometry::Mesh { file: name.to_string(), has_normals: false, triangles: None });
+        return Ok(Geometry::Mesh { file: name.to_string(), has_normals: false, has_uvs: true, triangles: None });
     };
     let unreadable = |error| SceneError::unreadable(&path, error, "name a file that can be read");
     if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("gz")) {
-        let file = crate::file::open(&path).map_err(unreadable)?;
-        let mut bytes = Vec::new();
-        let packed = file.metadata().map_err(unreadable)?.len();
-        Unpacked::new(MultiGzDecoder::new(file), packed).read_to_end(&mut bytes).map_err(unreadable)?;
+        let bytes = crate::file::read_unpacked(&path).map_err(unreadable)?;
         let data = ply::read(&bytes).map_err(|error| error.in_file(&path))?.mesh;
         context.note(NoteKind::Mapped, place, "a packed PLY becomes an OBJ");
-        let has_normals = !data.normals.is_empty();
+        let (has_normals, has_uvs) = (!data.normals.is_empty(), !data.uvs.is_empty());
         let file = context.meshes.keep(mesh::obj(&data));
-        return Ok(Geometry::Mesh { file, has_normals, triangles: keep.then_some(data) });
+        return Ok(Geometry::Mesh { file, has_normals, has_uvs, triangles: keep.then_some(data) });
     }
     let triangles = if keep { Some(ply::open(&path)?.mesh) } else { None };
     let mut start = Vec::new();
     crate::file::open(&path).map_err(unreadable)?.take(65_536).read_to_end(&mut start).map_err(unreadable)?;
-    let end = start.windows(10).position(|window| window == b"end_header").unwrap_or(start.len());
-    let header = String::from_utf8_lossy(&start[..end]);
-    let has_normals = header.lines().any(|line| line.starts_with("property") && line.trim_end().ends_with(" nx"));
-    Ok(Geometry::Mesh { file: context.named_from_base(&path), has_normals, triangles })
+    let [has_normals, has_uvs] = ply::properties(&start);
+    Ok(Geometry::Mesh { file: context.named_from_base(&path), has_normals, has_uvs, triangles })
 }

@@ -26,7 +26,7 @@ fn errors_name_file_line_and_mend() {
             "a.xml:2: there is no parameter `$r`; add `<default",
         ),
         (
-            "<shape type=\"sphere\"><transform name=\"to_world\"><scale x=\"0\"/></transform></shape>",
+            "<emitter type=\"point\"><transform name=\"to_world\"><scale x=\"0\"/></transform></emitter>",
             "a.xml:2: the transform flattens",
         ),
         (

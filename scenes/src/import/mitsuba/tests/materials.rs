@@ -281,3 +281,20 @@ fn what_is_passed_is_told_where_the_series_ends_and_counts_otherwise() {
         assert!(exact.is_empty(), "{exact}");
     }
 }
+
+#[test]
+fn what_is_under_a_coat_is_kept() {
+    let coated =
+        "<bsdf type=\"coating\" id=\"m\"><float name=\"thickness\" value=\"2\"/><bsdf type=\"dielectric\"/></bsdf>";
+    let (text, notes) = material(coated);
+    assert!(
+        text.contains("type = \"dielectric\"") && notes.concat().contains("the coat of a `coating` is left out"),
+        "{text} {notes:?}"
+    );
+    let (text, notes) =
+        material("<bsdf type=\"difftrans\" id=\"m\"><rgb name=\"transmittance\" value=\"0.5 0.5 0.5\"/></bsdf>");
+    assert!(
+        text.contains("type = \"diffuse_transmission\"\nreflectance = 0.0\ntransmittance = 0.5") && notes.is_empty(),
+        "{text} {notes:?}"
+    );
+}
