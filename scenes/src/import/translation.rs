@@ -241,9 +241,11 @@ impl Translation {
     pub fn read(&self, scene: &str, folder: &Path, size: Option<(u32, u32)>) -> Result<SceneBuilder, SceneError> {
         let file = self.places.first().map_or_else(String::new, |place| place.file.display().to_string());
         if !self.text.contains(SHAPE) {
-            let of_shapes = |note: &&Note| note.text.to_lowercase().contains("shape");
-            let approximated = || self.notes.iter().filter(|note| note.kind == NoteKind::Approximated);
-            let left_out = approximated().find(of_shapes).or_else(|| approximated().next());
+            let telling = |text: &str| {
+                let mut approximated = self.notes.iter().filter(|note| note.kind == NoteKind::Approximated);
+                approximated.find(|note| note.text.to_lowercase().contains(text))
+            };
+            let left_out = telling("shape").or_else(|| telling("is left out"));
             let mend = left_out.map_or("add one".to_string(), |note| format!("{} ({})", note.text, note.place));
             return Err(SceneError::invalid("the scene has no shape that can be read", mend).in_file(&file).at_line(1));
         }

@@ -38,6 +38,8 @@ pub struct Context<'a> {
     pub mask: Option<Place>,
     /// Where the first `null` is.
     pub null: Option<Place>,
+    /// The material of shapes that are nothing but borders of media, once it is written.
+    pub null_name: Option<String>,
     /// What is written so far.
     pub materials: Lines,
     /// What is written so far.
@@ -82,6 +84,7 @@ impl<'a> Context<'a> {
             counted: None,
             mask: None,
             null: None,
+            null_name: None,
             materials: Lines::default(),
             shapes: Lines::default(),
             emitters: Lines::default(),

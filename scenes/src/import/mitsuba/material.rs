@@ -339,15 +339,13 @@ pub fn usual(place: &Place, emits: bool, context: &mut Context) -> String {
 
 /// What shapes around media were of before Mitsuba 2, unless they said otherwise.
 pub fn null(place: &Place, context: &mut Context) -> String {
-    let key = (std::ptr::null(), false);
-    if let Some(name) = context.material_names.get(&key) {
+    if let Some(name) = &context.null_name {
         return name.clone();
     }
     context.null.get_or_insert_with(|| place.clone());
     let name = context.fresh_name("none");
     Description::new("null", place).write(&name, false, context);
-    context.material_names.insert(key, name.clone());
-    name
+    context.null_name.insert(name).clone()
 }
 
 /// A material with a mask or a map over it.

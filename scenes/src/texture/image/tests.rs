@@ -15,6 +15,23 @@ fn png() -> Vec<u8> {
     bytes
 }
 
+/// Every format of bytes gives the same texels; a TGA has no name at its beginning.
+#[test]
+fn formats_of_bytes_are_read_alike() {
+    let texels = image::RgbImage::from_fn(3, 2, |x, y| image::Rgb([90 * x as u8, 200 * y as u8, 30]));
+    let decode = |format: image::ImageFormat| {
+        let mut bytes = Vec::new();
+        texels.write_to(&mut Cursor::new(&mut bytes), format).unwrap();
+        let image = Image::decode(&bytes, None, Encoding::Srgb).unwrap_or_else(|error| panic!("{format:?}: {error}"));
+        (image.size(), (0..6).map(|i| image.texel(i)).collect::<Vec<_>>())
+    };
+    let png = decode(image::ImageFormat::Png);
+    assert!((png.1[1][0] - Encoding::Srgb.decode(90.0 / 255.0)).abs() < 1e-6, "{png:?}");
+    for format in [image::ImageFormat::Bmp, image::ImageFormat::Tga] {
+        assert_eq!(decode(format), png, "{format:?}");
+    }
+}
+
 fn texture(encoding: Encoding, wrap: Wrap, channel: Channel) -> ImageTexture {
     let image = Arc::new(Image::decode(&png(), None, encoding).unwrap());
     ImageTexture { image, wrap, map: UvMap::default(), channel, scale: Spectrum::ONE }
