@@ -202,10 +202,16 @@ impl Reader<'_> {
             return Ok(vec![builder.mesh(mesh, material)]);
         }
         let material = table.get("material").is_some().then(|| self.materials.named(table)).transpose()?;
-        let mut model = match attached {
-            Some(attachment) => obj::Model::read(&path, &attachment.bytes)?,
-            None => obj::Model::open(&path)?,
+        let own;
+        let bytes = match attached {
+            Some(attachment) => &attachment.bytes,
+            None => {
+                own = obj::contents(&path)?;
+                &own
+            }
         };
+        let read = if material.is_some() { obj::Model::read_bare } else { obj::Model::read };
+        let mut model = read(&path, bytes)?;
         if let Some(corners) = corners {
             let meshes = model.groups.iter_mut().map(|group| &mut group.mesh);
             meshes.for_each(|mesh| *mesh = std::mem::take(mesh).with_corner_uvs(corners));

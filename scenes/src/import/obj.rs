@@ -62,17 +62,22 @@ impl Model {
         Self::read(path, &contents(path)?)
     }
 
-    /// The same for those who read no smoothing groups.
+    /// The same for those who read neither smoothing groups nor libraries.
     pub fn open_unsmoothed(path: &Path) -> Result<Self, SceneError> {
-        Self::read_with(path, &contents(path)?, false)
+        Self::read_with(path, &contents(path)?, false, false)
+    }
+
+    /// Reads the contents of the file at `path` for those who have a material for it: its libraries are not looked for.
+    pub fn read_bare(path: &Path, bytes: &[u8]) -> Result<Self, SceneError> {
+        Self::read_with(path, bytes, true, false)
     }
 
     /// Reads the contents of the file at `path`, and its libraries.
     pub fn read(path: &Path, bytes: &[u8]) -> Result<Self, SceneError> {
-        Self::read_with(path, bytes, true)
+        Self::read_with(path, bytes, true, true)
     }
 
-    fn read_with(path: &Path, bytes: &[u8], smooths: bool) -> Result<Self, SceneError> {
+    fn read_with(path: &Path, bytes: &[u8], smooths: bool, has_materials: bool) -> Result<Self, SceneError> {
         let text = source::decode(path, bytes)?;
         let source = source::check(path, &text)?;
         if source.total.faces == 0 {
@@ -83,7 +88,11 @@ impl Model {
             let place = Place { file: path.into(), line: *line };
             notes.add(NoteKind::Approximated, &place, format!("`{keyword}` is not read ({count} of them)"));
         }
-        let mut appearances = read_libraries(path, &source, &mut notes)?;
+        let mut appearances = if has_materials {
+            read_libraries(path, &source, &mut notes)?
+        } else {
+            source.materials.keys().map(|name| (name.clone(), Appearance::missing())).collect()
+        };
         let groups = read_groups(path, &source, smooths, &mut appearances, &mut notes)?;
         let mut model = Model { groups, appearances, has_smoothing: source.smooths(), notes };
         model.mend_glass(&Place { file: path.into(), line: 1 });
@@ -151,7 +160,8 @@ impl Model {
     }
 }
 
-fn contents(path: &Path) -> Result<Vec<u8>, SceneError> {
+/// The bytes of an OBJ file.
+pub fn contents(path: &Path) -> Result<Vec<u8>, SceneError> {
     crate::file::read(path).map_err(|error| SceneError::unreadable(path, error, "give the path of an OBJ file"))
 }
 

@@ -75,6 +75,11 @@ impl<'a> Plugin<'a> {
         found
     }
 
+    /// The parts with this tag that have a name, with it.
+    pub fn named(&self, tag: &str) -> Vec<(&'a str, &'a Element)> {
+        self.parts.iter().filter(|(name, part)| part.tag == tag && !name.is_empty()).copied().collect()
+    }
+
     /// The texts of these parts are values.
     fn value(&self, name: &str) -> Result<Option<(&'a str, &'a Place)>, SceneError> {
         let Some(part) = self.part(name) else { return Ok(None) };

@@ -12,7 +12,7 @@ use super::xml::Element;
 use super::{material, mesh, serialized, texture};
 use crate::builder::MeshData;
 use crate::error::SceneError;
-use crate::import::obj::Model;
+use crate::import::obj::{Group, Model};
 use crate::import::translation::{Lines, MEMBER, NoteKind, number, numbers, quoted};
 
 /// A shape's geometry as it will be written.
@@ -37,12 +37,25 @@ impl Form {
 /// Writes a shape.
 pub fn write<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<(), SceneError> {
     context.enter(element)?;
-    write_one(element, context)?;
+    let parts = Plugin::new(element, context)?.named("bsdf");
+    if element.kind() == "obj" && element.version < 2 && parts.len() > 1 {
+        // Before Mitsuba 2 faces have the materials that are called as the file has them.
+        for part in parts {
+            write_one(element, Some(part), context)?;
+        }
+    } else {
+        write_one(element, None, context)?;
+    }
     context.leave();
     Ok(())
 }
 
-fn write_one<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<(), SceneError> {
+/// Writes a shape, or of a file the faces with a material of this name alone, and with that material.
+fn write_one<'a>(
+    element: &'a Element,
+    part: Option<(&'a str, &'a Element)>,
+    context: &mut Context<'a>,
+) -> Result<(), SceneError> {
     let plugin = Plugin::new(element, context)?;
     match plugin.kind() {
         "shapegroup" => {
@@ -61,10 +74,13 @@ fn write_one<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<(), 
     }
     let Some(to_world) = plugin.placement(context)? else { return Ok(()) };
     let flipped = plugin.boolean("flip_normals")?.unwrap_or(false);
-    let Some(form) = form(&plugin, to_world, context)? else { return Ok(()) };
+    let Some(form) = form(&plugin, to_world, part.map(|(name, _)| name), context)? else { return Ok(()) };
     context.mapped(element, &format!("`{}`", form.kind));
     let emitters = plugin.tagged("emitter");
-    let materials = plugin.tagged("bsdf");
+    let mut materials = plugin.tagged("bsdf");
+    if let Some((_, own)) = part {
+        materials = vec![own];
+    }
     for other in materials.iter().skip(1).chain(emitters.iter().skip(1)) {
         context.approximate(
             &other.place,
@@ -209,7 +225,12 @@ fn written<'a>(group: &'a Element, context: &mut Context<'a>) -> Result<Option<S
 }
 
 /// What becomes of a shape; `None`, and a note, where that is nothing.
-fn form<'a>(plugin: &Plugin<'a>, transform: DMat4, context: &mut Context<'a>) -> Result<Option<Form>, SceneError> {
+fn form<'a>(
+    plugin: &Plugin<'a>,
+    transform: DMat4,
+    only: Option<&str>,
+    context: &mut Context<'a>,
+) -> Result<Option<Form>, SceneError> {
     let text = |vector: [f64; 3]| numbers(&vector);
     Ok(Some(match plugin.kind() {
         "rectangle" => {
@@ -223,7 +244,7 @@ fn form<'a>(plugin: &Plugin<'a>, transform: DMat4, context: &mut Context<'a>) ->
         "cube" => Form::new("mesh", mesh::cube().to_vec(), transform),
         "sphere" => sphere(plugin, transform, context)?,
         "cylinder" => cylinder(plugin, transform, context)?,
-        "obj" | "ply" | "serialized" => return mesh_file(plugin, transform, context),
+        "obj" | "ply" | "serialized" => return mesh_file(plugin, transform, only, context),
         kind => {
             context.approximate(plugin.place(), format!("a shape `{kind}` is not known, and is left out"));
             return Ok(None);
@@ -281,7 +302,13 @@ fn cylinder<'a>(plugin: &Plugin<'a>, transform: DMat4, context: &mut Context<'a>
 }
 
 /// A mesh of a file: the file itself if it can be, and what its loader makes of it otherwise.
-fn mesh_file<'a>(plugin: &Plugin<'a>, transform: DMat4, context: &mut Context<'a>) -> Result<Option<Form>, SceneError> {
+/// Of an OBJ it may be `only` the faces with the material of a name.
+fn mesh_file<'a>(
+    plugin: &Plugin<'a>,
+    transform: DMat4,
+    only: Option<&str>,
+    context: &mut Context<'a>,
+) -> Result<Option<Form>, SceneError> {
     let Some(name) = plugin.text("filename")? else {
         return Err(plugin.place().error(format!("{} has no `filename`", plugin.element.title()), "name a file"));
     };
@@ -309,9 +336,16 @@ fn mesh_file<'a>(plugin: &Plugin<'a>, transform: DMat4, context: &mut Context<'a
     }
     let (data, has_normals, of_faces, nameable) = if is_obj {
         let model = Model::open_unsmoothed(&path)?;
-        let groups: Vec<MeshData> = model.groups.into_iter().map(|group| group.mesh).collect();
+        let Model { groups, appearances, has_smoothing, .. } = model;
+        let is_meant = |group: &Group| only.is_none_or(|name| appearances[group.appearance].0 == name);
+        let groups: Vec<MeshData> = groups.into_iter().filter(is_meant).map(|group| group.mesh).collect();
+        if groups.is_empty() {
+            let text = format!("no faces of the file have the material `{}`", only.unwrap_or_default());
+            context.note(NoteKind::Ignored, plugin.place(), text);
+            return Ok(None);
+        }
         let has_normals = groups.iter().any(|mesh| !mesh.normals.is_empty());
-        (groups, has_normals, flat, !model.has_smoothing)
+        (groups, has_normals, flat, !has_smoothing && only.is_none())
     } else {
         let bytes = crate::file::read(&path)
             .map_err(|error| SceneError::unreadable(&path, error, "name a file that can be read"))?;
