@@ -10,6 +10,7 @@
 //! the error of the last parts counts little.
 
 use super::basis::{Part, Rule, SIX, THREE, WHOLE, functions};
+use super::polygon::{self, Polygon};
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -114,7 +115,12 @@ pub fn coupling<const B: usize>(x: &Panel, y: &Panel) -> Option<Coupling<B>> {
         return None;
     }
     let mut sum = [[0.0; B]; B];
-    add(x, y, (DIVISIONS, DIVISIONS), &mut sum);
+    let is_far = x.centre.distance(y.centre) > NEAR * (x.radius + y.radius);
+    if B == 1 && !(is_far && x_seen == Place::Ahead && y_seen == Place::Ahead) {
+        sum[0][0] = polygon::coupling(x, y);
+    } else {
+        add(x, y, (DIVISIONS, DIVISIONS), &mut sum);
+    }
     Some(sum)
 }
 
@@ -193,20 +199,7 @@ fn add_last<const B: usize>(x: &Panel, y: &Panel, seen: [Place; 2], sum: &mut Co
     }
 }
 
-/// The irradiance at a point from a panel of radiosity 1 that lies ahead of its plane: `Σ Θ_i n·Γ_i / 2π` over the edges, Θ the angle that an
-/// edge is seen at, Γ the unit normal of the plane through it and the point \[Lambert1760; Arvo94\].
+/// The irradiance at a point from a panel of radiosity 1 that lies ahead of its plane.
 pub fn irradiance(p: DVec3, normal: DVec3, panel: &Panel) -> f64 {
-    if panel.normal.dot(p - panel.centre) <= 0.0 {
-        return 0.0;
-    }
-    let towards = panel.corners.map(|corner| corner - p);
-    let sum: f64 = (0..3)
-        .map(|i| {
-            let (v, w) = (towards[i], towards[(i + 1) % 3]);
-            let across = v.cross(w);
-            let sine = across.length();
-            if sine == 0.0 { 0.0 } else { normal.dot(across) / sine * sine.atan2(v.dot(w)) }
-        })
-        .sum();
-    sum.abs() / (2.0 * PI)
+    if panel.normal.dot(p - panel.centre) <= 0.0 { 0.0 } else { Polygon::from(&panel.corners).irradiance(p, normal) }
 }

@@ -20,6 +20,7 @@ pub mod basis;
 pub mod form_factor;
 pub mod mesh;
 pub mod operator;
+pub mod polygon;
 pub mod solution;
 #[cfg(test)]
 mod tests;

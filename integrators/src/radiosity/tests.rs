@@ -28,8 +28,8 @@ fn disc(centre: DVec3, radius: f64, normal: DVec3) -> Vec<Panel> {
     (0..SIDES).map(|i| Panel::new([centre, rim(i), rim(i + 1)], normal)).collect()
 }
 
-fn form_factor(from: &[Panel], to: &[Panel]) -> f64 {
-    let couplings = from.iter().flat_map(|x| to.iter().filter_map(move |y| coupling::<1>(x, y)));
+fn form_factor<const B: usize>(from: &[Panel], to: &[Panel]) -> f64 {
+    let couplings = from.iter().flat_map(|x| to.iter().filter_map(move |y| coupling::<B>(x, y)));
     couplings.map(|c| c[0][0]).sum::<f64>() / from.iter().map(|panel| panel.area).sum::<f64>()
 }
 
@@ -58,6 +58,12 @@ fn coaxial(r1: f64, r2: f64) -> f64 {
     0.5 * (s - (s * s - 4.0 * (r2 / r1).powi(2)).sqrt())
 }
 
+/// Of constant elements and of linear ones, which are integrated in different ways.
+fn check_both(what: &str, from: &[Panel], to: &[Panel], exact: f64) {
+    check(&format!("{what}, constant"), form_factor::<1>(from, to), exact);
+    check(&format!("{what}, linear"), form_factor::<3>(from, to), exact);
+}
+
 fn check(what: &str, found: f64, exact: f64) {
     let relative = (found / exact - 1.0).abs();
     println!("{what}: {found:.8}, closed form {exact:.8}, off by {relative:.1e}");
@@ -69,13 +75,13 @@ fn plates_see_one_another_as_the_closed_forms_say() {
     for (x, y) in [(1.0, 1.0), (2.0, 0.5), (0.1, 0.1), (10.0, 10.0), (10.0, 0.3)] {
         let below = plate(DVec3::ZERO, DVec3::X * x, DVec3::Y * y);
         let above = plate(dvec3(0.0, 0.0, 1.0), DVec3::Y * y, DVec3::X * x);
-        check(&format!("parallel {x} {y}"), form_factor(&below, &above), parallel(x, y));
+        check_both(&format!("parallel {x} {y}"), &below, &above, parallel(x, y));
     }
     for (h, w) in [(1.0, 1.0), (0.5, 2.0), (3.0, 0.2), (0.1, 0.1)] {
         let floor = plate(DVec3::ZERO, DVec3::X * w, DVec3::Y);
         let wall = plate(DVec3::ZERO, DVec3::Y, DVec3::Z * h);
-        check(&format!("perpendicular {h} {w}"), form_factor(&floor, &wall), perpendicular(h, w));
-        check(&format!("perpendicular {w} {h}, back"), form_factor(&wall, &floor), perpendicular(w, h));
+        check_both(&format!("perpendicular {h} {w}"), &floor, &wall, perpendicular(h, w));
+        check_both(&format!("perpendicular {w} {h}, back"), &wall, &floor, perpendicular(w, h));
     }
 }
 
@@ -83,7 +89,7 @@ fn plates_see_one_another_as_the_closed_forms_say() {
 fn discs_see_one_another_as_the_closed_form_says() {
     for (r1, r2) in [(1.0, 1.0), (0.5, 2.0), (3.0, 1.0)] {
         let (below, above) = (disc(DVec3::ZERO, r1, DVec3::Z), disc(DVec3::Z, r2, -DVec3::Z));
-        check(&format!("discs {r1} {r2}"), form_factor(&below, &above), coaxial(r1, r2));
+        check_both(&format!("discs {r1} {r2}"), &below, &above, coaxial(r1, r2));
     }
 }
 
