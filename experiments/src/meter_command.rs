@@ -12,6 +12,7 @@ use sampling::sampler::{Role, StreamKey};
 use scenes::{LoadOptions, Region, Scene, nearest};
 use serde::Serialize;
 use std::collections::BTreeSet;
+use std::f64::consts::PI;
 use std::fmt::Write;
 
 /// What `--json` prints.
@@ -35,7 +36,8 @@ struct Told {
     sum: Row,
 }
 
-/// Fluxes of both sides together \[W\], and divided by the area of one \[W/m²\].
+/// Fluxes of both sides together \[W\], and divided by the area of one \[W/m²\]; and the mean radiance, over that area and all directions on a
+/// side by their cosines \[W/(m²·sr)\].
 #[derive(Serialize)]
 struct Row {
     order: Option<usize>,
@@ -43,6 +45,7 @@ struct Row {
     irradiance: Option<Number>,
     leaving: Number,
     radiosity: Option<Number>,
+    radiance: Option<Number>,
 }
 
 /// Mean of channels with its standard error and 95 % interval, and the channels.
@@ -135,7 +138,10 @@ fn measure(
             };
             let (arriving, leaving) = (of(|meter| &meter.arriving), of(|meter| &meter.leaving));
             let area = regions[i].area;
-            Row { order, arriving, irradiance: arriving.over(area), leaving, radiosity: leaving.over(area) }
+            let (irradiance, radiosity) = (arriving.over(area), leaving.over(area));
+            // All directions on a side, by their cosines, are π sr.
+            let radiance = leaving.over(area.map(|area| PI * area));
+            Row { order, arriving, irradiance, leaving, radiosity, radiance }
         };
         let orders = (0..=args.max_order).map(|k| row(Some(k))).collect();
         Told { region: args.on[i].clone(), area: regions[i].area, orders, sum: row(None) }
@@ -162,13 +168,13 @@ fn in_words(report: &Report) -> String {
             .map_or("placed many times".to_owned(), |area| format!("{} m² a side, both sides together", short(area)));
         let _ = writeln!(text, "\n  {}, {area}", meter.region);
         // What falls on both sides together, by the area of one.
-        let heads = ["arriving [W]", "irradiance [W/m²]", "leaving [W]", "radiosity [W/m²]"];
-        let _ = writeln!(text, "  order{}", heads.map(|head| format!("{head:>26}")).concat());
+        let heads = ["arriving [W]", "irradiance [W/m²]", "leaving [W]", "radiosity [W/m²]", "radiance [W/(m²·sr)]"];
+        let _ = writeln!(text, "  order{}", heads.map(|head| format!("{head:>23}")).concat());
         for row in meter.orders.iter().chain([&meter.sum]) {
             let order = row.order.map_or("all".to_owned(), |order| order.to_string());
-            let cells = [Some(row.arriving), row.irradiance, Some(row.leaving), row.radiosity];
+            let cells = [Some(row.arriving), row.irradiance, Some(row.leaving), row.radiosity, row.radiance];
             let cell = |number: Option<Number>| number.map_or("—".to_owned(), told);
-            let _ = writeln!(text, "  {order:>5}{}", cells.map(|number| format!("  {:>24}", cell(number))).concat());
+            let _ = writeln!(text, "  {order:>5}{}", cells.map(|number| format!("  {:>21}", cell(number))).concat());
         }
     }
     if report.invalid > 0 {

@@ -99,6 +99,11 @@ fn meters_tell_what_falls_on_surfaces_and_what_leaves_them() {
         assert!((number(&row["irradiance"]) * area - number(&row["arriving"])).abs() < 1e-9);
         assert!((number(&row["radiosity"]) * area - number(&row["leaving"])).abs() < 1e-9);
     }
+    // What leaves a lamp has its radiance in the mean: of 17, 12 and 4.
+    let lamp = ["meter", "cornell_box", "--on", "lamp", "--paths", "20000", "--max-order", "3", "--json"];
+    let lamp: Value = serde_json::from_str(&succeed(folder.path(), &lamp)).unwrap();
+    let radiance = number(&lamp["meters"][0]["orders"][0]["radiance"]);
+    assert!((radiance / 11.0 - 1.0).abs() < 1e-5, "{radiance}");
     let sum: f64 = on["orders"].as_array().unwrap().iter().map(|row| number(&row["leaving"])).sum();
     assert!((number(&on["sum"]["leaving"]) - sum).abs() < 1e-9);
     let output = neumann(folder.path(), &["meter", "cornell_box", "--on", &format!("{label}x")]);
