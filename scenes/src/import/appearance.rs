@@ -3,17 +3,22 @@
 //! MTL describes highlights, not scattering, and programs fill it in differently; the rule takes the physical reading
 //! where there is one. With Kd and Ks the means over their channels, the first that applies:
 //!
-//! 1. **Glass**: `illum` 6 or 7 (refraction); or `illum` 4 or 9 (transparency) with opacity `d` < 1 or a `Tf` above 0;
+//! 1. **Glass**: `illum` 6 or 7 (refraction); or `illum` 4 or 9 (transparency) with an opacity < 1 or a `Tf` above 0;
 //!    or `d` < ½. A smooth dielectric of index `Ni` (1.5 where it is missing). `Ns` and `Tf` don't matter: a filter
 //!    other than white is noted.
 //! 2. **Mirror**: Ks > Kd with Kd < 0.05, and `illum` 5, or `Ns` ≥ 1000, or `illum` 3 or 8 without `Ns`. Reflectance
 //!    `Ks`.
-//! 3. **Metal**: Ks > Kd, unless `illum` is 0 or 1 (no highlights). A GGX conductor of reflectance `Ks` and α = √(2 /
-//!    (`Ns` + 2)), the width at which its highlight is as sharp as Blinn's \[Walter07\].
-//! 4. **Matte**: Lambert of albedo `Kd`, or 0.5 where neither Kd nor Ks is stated.
+//! 3. **Metal**: Ks > Kd and either Kd < 0.05, or `illum` 3, 5 or 8 (mirrors), or Kd + Ks > 1 with an `Ns` above 0: the two
+//!    cannot both hold there, and the stronger does. Not with `illum` 0 or 1 (no highlights), nor with a `map_Kd` unless `illum`
+//!    says a mirror. A GGX conductor of reflectance `Ks` and α = √(2 / (`Ns` + 2)), the width at which its highlight is as
+//!    sharp as Blinn's \[Walter07\].
+//! 4. **Matte**: Lambert of albedo `Kd`, or 0.5 where neither Kd nor Ks is stated. So is what exporters write of everything, Ks
+//!    of ½ beside any Kd as by Blender, or of 1 with an `Ns` of 0 as by MeshLab.
 //!
-//! Where both Kd and Ks are above 0, the weaker is left out, and a note says so. Reflectances above 1 become 1, noted
-//! as well. `Ke` emits. What is not glass is met as far as `d` says.
+//! Where both Kd and Ks are above 0, one is left out, and a note says so. Reflectances above 1 become 1, noted
+//! as well. `Ke` emits. The opacity is `d`, or 1 − `Tr` where there is no `d`; but a `Tr` of 1 is what MeshLab and others write of
+//! what is opaque, and makes nothing clear unless `illum` is 4, 6, 7 or 9. What is neither glass nor emits is met as far as the opacity
+//! says; of what emits it is left out, noted.
 //!
 //! Meshes with texture coordinates have the maps too: `map_Kd` of what is matte, times `Kd`, or alone where that is 0; `map_Ke`
 //! likewise; `map_d` as the opacity, by its alpha if it has one; `map_Bump` or `bump` as heights, times `-bm`; `norm` as normals. Numbers
@@ -32,6 +37,9 @@ use crate::builder::Emission;
 use crate::material::{Material, Scattering, Varying};
 use crate::relief::{Relief, ReliefMap};
 use crate::texture::{Channel, Encoding, Image, ImageTexture, Texture, UvMap, Wrap};
+
+/// Kd below which nothing is matte beside its highlight.
+const BLACK: f64 = 0.05;
 
 /// A material made of MTL statements.
 #[derive(Clone, Debug)]
@@ -112,10 +120,14 @@ impl Appearance {
                 _ => told.approximated(format!("`{keyword} {rest}` is not read")),
             }
         }
-        let glass = is_glass(stated);
-        let opacity = stated.opacity.filter(|opacity| !glass && *opacity < 1.0).map(|opacity| opacity.max(0.0) as f32);
+        let share = opacity(stated, &mut told);
+        let mut opacity = share.filter(|share| !is_glass(stated) && *share < 1.0).map(|share| share.max(0.0) as f32);
         let emission = stated.emission.map(spectrum).filter(|emission| !emission.is_zero());
-        let maps = maps(stated, &bsdf, images, &mut told);
+        let mut maps = maps(stated, &bsdf, images, &mut told);
+        if (emission.is_some() || maps.emission.is_some()) && (opacity.is_some() || maps.opacity.is_some()) {
+            told.approximated("its opacity is left out: it emits");
+            (opacity, maps.opacity) = (None, None);
+        }
         Self { bsdf, opacity, emission, maps, notes: told.0 }
     }
 }
@@ -157,7 +169,11 @@ fn maps(stated: &Statements, bsdf: &Bsdf, images: &mut Images, told: &mut Told) 
     }
     maps.relief = normals.or(heights).map(Relief::from);
     if let (None, Some(map)) = (matte, &stated.diffuse_map) {
-        told.approximated(format!("its map_Kd `{}` is not read: it is not matte", map.file));
+        told.approximated(format!(
+            "its map_Kd `{}` is left out: it is {}",
+            map.file,
+            if is_glass(stated) { "glass" } else { "a metal" }
+        ));
     }
     if let (true, Some(map)) = (is_glass(stated), &stated.opacity_map) {
         told.approximated(format!("its map_d `{}` is not read: it is glass", map.file));
@@ -243,10 +259,9 @@ fn scattering(stated: &Statements, told: &mut Told) -> Bsdf {
     let diffuse = stated.diffuse.unwrap_or(if stated.specular.is_some() { [0.0; 3] } else { [0.5; 3] });
     let specular = stated.specular.unwrap_or([0.0; 3]);
     let (kd, ks) = (mean(diffuse), mean(specular));
-    let highlights = !matches!(stated.illumination, Some(0 | 1));
-    if !highlights || ks <= kd {
-        if highlights && ks > 0.0 {
-            told.approximated("Kd and Ks are both above 0: the weaker, Ks, is left out");
+    if !is_metal(stated, kd, ks) {
+        if !matches!(stated.illumination, Some(0 | 1)) && ks > 0.0 && (kd > 0.0 || stated.diffuse_map.is_some()) {
+            told.approximated("Kd and Ks are both above 0: the highlight, Ks, is left out");
         }
         return Lambert { albedo: reflectance("Kd", diffuse, told) }.into();
     }
@@ -260,7 +275,7 @@ fn scattering(stated: &Statements, told: &mut Told) -> Bsdf {
         Some(3 | 8) => stated.exponent.is_none(),
         _ => false,
     };
-    if kd < 0.05 && (sharp || traced) {
+    if kd < BLACK && (sharp || traced) {
         return Mirror { reflectance }.into();
     }
     let alpha = (2.0 / (stated.exponent.unwrap_or(10.0).max(0.0) + 2.0)).sqrt() as f32;
@@ -269,13 +284,41 @@ fn scattering(stated: &Statements, told: &mut Told) -> Bsdf {
     RoughConductor::from_reflectance(reflectance, alpha, alpha).into()
 }
 
+/// Whether it is a mirror or a metal: what is matte beside its highlight stays matte where it can.
+fn is_metal(stated: &Statements, kd: f64, ks: f64) -> bool {
+    let mirrors = matches!(stated.illumination, Some(3 | 5 | 8));
+    let highlights = !matches!(stated.illumination, Some(0 | 1));
+    let too_much = kd + ks > 1.0 && stated.exponent.is_none_or(|exponent| exponent > 0.0);
+    ks > kd && highlights && (mirrors || (stated.diffuse_map.is_none() && (kd < BLACK || too_much)))
+}
+
+/// Whether its `illum` says that light goes through it.
+fn says_transparent(stated: &Statements) -> bool {
+    matches!(stated.illumination, Some(4 | 6 | 7 | 9))
+}
+
+/// How much of what meets it is met, if it says so.
+fn opacity(stated: &Statements, told: &mut Told) -> Option<f64> {
+    if stated.opacity.is_some() {
+        return stated.opacity;
+    }
+    let transparency = stated.transparency?;
+    if transparency >= 1.0 && !says_transparent(stated) {
+        told.approximated(
+            "its Tr of 1, without d and without an illum of glass, is taken for opaque, as many programs mean it",
+        );
+        return None;
+    }
+    Some(1.0 - transparency)
+}
+
 fn is_glass(stated: &Statements) -> bool {
-    let opacity = stated.opacity.unwrap_or(1.0);
     let filtered = stated.filter.is_some_and(|filter| mean(filter) > 0.0);
+    let stated_opacity = stated.opacity.or(stated.transparency.map(|transparency| 1.0 - transparency));
     match stated.illumination {
         Some(6 | 7) => true,
-        Some(4 | 9) => opacity < 1.0 || filtered,
-        _ => opacity < 0.5,
+        Some(4 | 9) => stated_opacity.unwrap_or(1.0) < 1.0 || filtered,
+        _ => stated.opacity.is_some_and(|opacity| opacity < 0.5),
     }
 }
 
@@ -294,7 +337,8 @@ fn glass(stated: &Statements, told: &mut Told) -> Bsdf {
     if stated.filter.is_some_and(|filter| filter != [1.0; 3] && filter != [0.0; 3]) {
         told.approximated("its transmission filter Tf is taken as white");
     }
-    if stated.opacity.is_some_and(|opacity| opacity > 0.0 && opacity < 1.0) {
+    let opacity = stated.opacity.or(stated.transparency.map(|transparency| 1.0 - transparency));
+    if opacity.is_some_and(|opacity| opacity > 0.0 && opacity < 1.0) {
         told.approximated("it is partly opaque (d > 0), and is taken as clear");
     }
     Dielectric { eta }.into()
@@ -314,3 +358,6 @@ fn mean(channels: [f64; 3]) -> f64 {
 fn spectrum(channels: [f64; 3]) -> Spectrum {
     Spectrum::from(channels.map(|channel| channel as f32))
 }
+
+#[cfg(test)]
+pub(super) mod tests;

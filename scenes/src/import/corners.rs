@@ -198,7 +198,6 @@ mod tests {
             ("v 0 1e999 0", "a.obj:4: a vertex holds `1e999`; give a finite number"),
             ("v 0 zero 0", "a.obj:4: a vertex holds `zero`; give a number"),
             ("v 0 1", "a.obj:4: `v 0 1` has 2 numbers; a vertex needs 3"),
-            ("usemtl", "a.obj:4: `usemtl` names no material; add its name"),
         ];
         for (bad, expected) in cases {
             let message = fault(&format!("{vertices}{bad}\nf 1 2 3\n"));

@@ -9,7 +9,7 @@ use crate::error::SceneError;
 /// What a material of an MTL file states; `None` where it says nothing.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Statements {
-    /// `newmtl`: the name.
+    /// `newmtl`: the name; empty where it has none.
     pub name: String,
     /// Line of the `newmtl`.
     pub line: usize,
@@ -25,8 +25,10 @@ pub struct Statements {
     pub exponent: Option<f64>,
     /// `Ni`: index of refraction.
     pub index: Option<f64>,
-    /// `d`, or 1 − `Tr`: opacity.
+    /// `d`: opacity.
     pub opacity: Option<f64>,
+    /// `Tr`: transparency.
+    pub transparency: Option<f64>,
     /// `illum`: the illumination model.
     pub illumination: Option<i64>,
     /// `map_Kd`: the image of the diffuse reflectance.
@@ -69,9 +71,6 @@ pub fn parse(path: &Path, text: &str) -> Result<Vec<Statements>, SceneError> {
         let at_line = |error: SceneError| error.in_file(path).at_line(line);
         let (keyword, rest) = split(&text);
         if keyword == "newmtl" {
-            if rest.is_empty() {
-                return Err(at_line(SceneError::invalid("`newmtl` names no material", "add a name")));
-            }
             materials.push(Statements { name: rest.to_string(), line, ..Statements::default() });
             continue;
         }
@@ -102,11 +101,7 @@ fn read_statement(material: &mut Statements, keyword: &str, rest: &str) -> Resul
         "Ns" => material.exponent = Some(scalar(keyword, rest)?),
         "Ni" => material.index = Some(scalar(keyword, rest)?),
         "d" => material.opacity = Some(scalar(keyword, rest.trim_start_matches("-halo"))?),
-        // `d` wins over `Tr`, which some programs write as the opacity.
-        "Tr" => {
-            let opacity = 1.0 - scalar(keyword, rest)?;
-            material.opacity.get_or_insert(opacity);
-        }
+        "Tr" => material.transparency = Some(scalar(keyword, rest)?),
         "map_Kd" => material.diffuse_map = Some(Map::read(rest)),
         "map_Ke" => material.emission_map = Some(Map::read(rest)),
         "map_d" => material.opacity_map = Some(Map::read(rest)),
@@ -209,14 +204,14 @@ mod tests {
         let a = &materials[0];
         assert_eq!((a.name.as_str(), a.line, a.diffuse, a.specular), ("a b", 1, Some([0.5; 3]), Some([0.1, 0.2, 0.3])));
         assert_eq!((a.emission, a.filter, a.exponent), (Some([17.0, 12.0, 4.0]), Some([1.0; 3]), Some(10.0)));
-        assert_eq!((a.index, a.opacity, a.illumination), (Some(1.5), Some(0.75), Some(7)));
+        assert_eq!((a.index, a.transparency, a.illumination), (Some(1.5), Some(0.25), Some(7)));
         let map = a.diffuse_map.as_ref().unwrap();
         assert_eq!(
             (map.file.as_str(), map.scale, map.offset, map.ignored.as_str()),
             ("x y.png", [1.0; 2], [0.0; 2], "")
         );
         let b = &materials[1];
-        assert_eq!(b.opacity, Some(0.5));
+        assert_eq!((b.opacity, b.transparency), (Some(0.5), Some(0.9)));
         let heights = Map {
             file: "h.png".to_string(),
             scale: [2.0, 3.0],
@@ -235,7 +230,6 @@ mod tests {
     fn errors_name_file_line_and_mend() {
         let cases = [
             ("Kd 1 1 1", "a.mtl:1: `Kd` comes before any material; begin each material with `newmtl NAME`"),
-            ("newmtl", "a.mtl:1: `newmtl` names no material; add a name"),
             ("newmtl a\nKd 1 1", "a.mtl:2: `Kd 1 1` is no colour; give one number or three"),
             ("newmtl a\nKd nan", "a.mtl:2: a Kd holds `nan`; give a finite number"),
             ("newmtl a\nKe -1 0 0", "a.mtl:2: `Ke -1 0 0` is negative; give 0 or more in every channel"),

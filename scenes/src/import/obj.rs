@@ -88,6 +88,10 @@ impl Model {
             let place = Place { file: path.into(), line: *line };
             notes.add(NoteKind::Approximated, &place, format!("`{keyword}` is not read ({count} of them)"));
         }
+        if let Some(&line) = source.materials.get("").filter(|_| has_materials) {
+            let place = Place { file: path.into(), line };
+            notes.add(NoteKind::Mapped, &place, "`usemtl` without a name means the material without a name");
+        }
         let mut appearances = if has_materials {
             read_libraries(path, &source, &mut notes)?
         } else {
@@ -110,7 +114,7 @@ impl Model {
             let has_uvs = !group.mesh.uvs.is_empty();
             let material = overrides.material.unwrap_or_else(|| {
                 let mapped = has_uvs && appearance.is_mapped();
-                let name = if name.is_empty() { "grey" } else { name };
+                let name = if name.is_empty() { "unnamed" } else { name };
                 let named = MaterialName { name: name.to_owned(), line: None };
                 let id = ids.entry((group.appearance, mapped));
                 *id.or_insert_with(|| builder.named_material(appearance.material(mapped), named))
@@ -269,10 +273,16 @@ fn read_groups(
     notes: &mut Notes,
 ) -> Result<Vec<Group>, SceneError> {
     let Faces { meshes, turned } = faces::read(source, smooths).map_err(|error| error.in_file(path))?;
-    let mut groups = Vec::new();
+    let (mut groups, mut grey) = (Vec::new(), None);
     for (run, mesh) in meshes.into_iter().filter(|(_, mesh)| !mesh.triangles.is_empty()) {
         let known = appearances.iter().position(|(name, _)| run.material == Some(name));
-        let appearance = known.unwrap_or_else(|| grey(appearances));
+        // Of faces that have none.
+        let appearance = known.unwrap_or_else(|| {
+            *grey.get_or_insert_with(|| {
+                appearances.push(("grey".to_owned(), Appearance::missing()));
+                appearances.len() - 1
+            })
+        });
         let (name, made) = &appearances[appearance];
         if mesh.uvs.is_empty() && (made.is_mapped() || made.maps.emission.is_some()) {
             let place = Place { file: path.into(), line: source.materials.get(name).copied().unwrap_or(1) };
@@ -290,13 +300,4 @@ fn read_groups(
         return Err(error.in_file(path));
     }
     Ok(groups)
-}
-
-/// The index of the material for faces that have none.
-fn grey(appearances: &mut Vec<(String, Appearance)>) -> usize {
-    let unnamed = |(name, _): &(String, Appearance)| name.is_empty();
-    appearances.iter().position(unnamed).unwrap_or_else(|| {
-        appearances.push((String::new(), Appearance::missing()));
-        appearances.len() - 1
-    })
 }

@@ -3,7 +3,7 @@
 //! Of the element `vertex` are read `x y z`; `nx ny nz`; texture coordinates, `u v`, `s t`, `texture_u texture_v` or `texture_s
 //! texture_t`; and the colours `red green blue` or `r g b`, whole numbers as sRGB shares of the greatest, others linear. Of `face`
 //! the list `vertex_indices` or `vertex_index`, any simple polygons; of `tristrips` the same, where −1 begins another strip.
-//! Everything else is skipped. As in OBJ files the front of a triangle is where its corners run counter-clockwise, or where its
+//! Everything else is skipped; colours and texture coordinates of faces, and an alpha of vertices that is not full, are told of. As in OBJ files the front of a triangle is where its corners run counter-clockwise, or where its
 //! normals point if it has any.
 //!
 //! Nothing is allocated by a count that the file is too short to hold.
@@ -35,7 +35,7 @@ use sampling::bsdf::Lambert;
 const MAX_COORDINATE: f64 = 1e15;
 
 /// The names of what is read of a vertex, by their place among its values.
-const SLOTS: [&[&str]; 11] = [
+const SLOTS: [&[&str]; 12] = [
     &["x"],
     &["y"],
     &["z"],
@@ -47,6 +47,7 @@ const SLOTS: [&[&str]; 11] = [
     &["red", "r"],
     &["green", "g"],
     &["blue", "b"],
+    &["alpha", "a"],
 ];
 
 /// What a file holds.
@@ -103,21 +104,33 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Model, SceneError> {
     let header = Header::read(bytes)?;
     let mut body = Body::behind(&header, bytes);
     let at = |left: usize| progress::report(Activity::Reading, 1.0 - left as f64 / bytes.len() as f64);
-    let mut mesh = MeshData::default();
+    let (mut mesh, mut notes) = (MeshData::default(), Vec::new());
     for element in &header.elements {
         body.check_size(element)?;
         match element.name.as_str() {
-            "vertex" if mesh.positions.is_empty() => read_vertices(element, &mut body, &mut mesh, at)?,
+            "vertex" if mesh.positions.is_empty() => {
+                let clear = read_vertices(element, &mut body, &mut mesh, at)?;
+                if clear > 0 {
+                    let text = format!("the alpha of vertices is left out, which is not full of {clear} of them");
+                    notes.push((NoteKind::Approximated, text));
+                }
+            }
             "vertex" => return Err(element.error("a second list of vertices", "keep one")),
-            "face" => read_lists(element, &mut body, &mut mesh, at, add_polygon)?,
+            "face" => {
+                notes.extend(left_out(element));
+                read_lists(element, &mut body, &mut mesh, at, add_polygon)?;
+            }
             "tristrips" => read_lists(element, &mut body, &mut mesh, at, add_strips)?,
             _ => body.skip(element)?,
         }
     }
     if mesh.triangles.is_empty() {
-        return Err(SceneError::invalid("the file holds no faces", "save it as a mesh of polygons or triangle strips"));
+        let message = match mesh.positions.len() {
+            0 => "the file holds no faces".to_string(),
+            points => format!("the file holds no faces: it is a cloud of {points} points, which has no surface"),
+        };
+        return Err(SceneError::invalid(message, "save it as a mesh of polygons or triangle strips"));
     }
-    let mut notes = Vec::new();
     let turned = turn_to_normals(&mut mesh);
     if turned > 0 {
         notes.push((NoteKind::Mapped, format!("{turned} triangles were turned to the side of their normals")));
@@ -130,12 +143,22 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Model, SceneError> {
     Ok(Model { mesh, notes })
 }
 
+/// What is told of the properties of faces that are not read and would be seen.
+fn left_out(element: &Element) -> impl Iterator<Item = (NoteKind, String)> {
+    let named = |names: &[&str]| element.properties.iter().any(|property| names.contains(&property.name.as_str()));
+    let colours = named(&["red", "r"]).then_some("the colours of faces are left out: give them to vertices");
+    let wedges = named(&["texcoord"])
+        .then_some("the texture coordinates of faces, `texcoord`, are left out: give them to vertices, as `s` and `t`");
+    [colours, wedges].into_iter().flatten().map(|text| (NoteKind::Approximated, text.to_string()))
+}
+
+/// Reads the vertices, and counts those whose alpha is not full.
 fn read_vertices(
     element: &Element,
     body: &mut Body,
     mesh: &mut MeshData,
     at: impl Fn(usize),
-) -> Result<(), SceneError> {
+) -> Result<usize, SceneError> {
     let place = |property: &header::Property| {
         let slot = SLOTS.iter().position(|names| names.contains(&property.name.as_str()))?;
         matches!(property.kind, Kind::Scalar(_)).then_some(slot)
@@ -157,13 +180,16 @@ fn read_vertices(
     mesh.uvs.reserve_exact(if layout.uvs { count } else { 0 });
     mesh.colours.reserve_exact(if layout.colours { count } else { 0 });
     let read = |range, body| read_run(element, &layout, range, body);
-    let join = |mut run: MeshData| {
+    let mut clear = 0;
+    let join = |(mut run, run_clear): (MeshData, usize)| {
+        clear += run_clear;
         mesh.positions.append(&mut run.positions);
         mesh.normals.append(&mut run.normals);
         mesh.uvs.append(&mut run.uvs);
         mesh.colours.append(&mut run.colours);
     };
-    body.read_runs(element, read, join, at)
+    body.read_runs(element, read, join, at)?;
+    Ok(clear)
 }
 
 /// What there is of vertices.
@@ -175,9 +201,17 @@ struct Layout {
     colours: bool,
 }
 
-fn read_run(element: &Element, layout: &Layout, range: Range<u64>, mut body: Body) -> Result<MeshData, SceneError> {
-    let mut mesh = MeshData::default();
+/// Some of the vertices, and how many of them have an alpha that is not full.
+fn read_run(
+    element: &Element,
+    layout: &Layout,
+    range: Range<u64>,
+    mut body: Body,
+) -> Result<(MeshData, usize), SceneError> {
+    let (mut mesh, mut clear) = (MeshData::default(), 0);
     let mut values = [0.0f64; SLOTS.len()];
+    // Without an alpha all is opaque.
+    values[11] = 1.0;
     for index in range {
         let mut vertex = || -> Result<(), Fault> {
             for (property, place) in element.properties.iter().zip(&layout.places) {
@@ -195,7 +229,8 @@ fn read_run(element: &Element, layout: &Layout, range: Range<u64>, mut body: Bod
             Ok(())
         };
         vertex().map_err(|fault| element.fault(index, &body, fault))?;
-        let [x, y, z, nx, ny, nz, u, v, r, g, b] = values;
+        let [x, y, z, nx, ny, nz, u, v, r, g, b, alpha] = values;
+        clear += usize::from(alpha < 1.0);
         mesh.positions.push(DVec3::new(x, y, z));
         if layout.normals {
             // What is not a number stands for none.
@@ -208,7 +243,7 @@ fn read_run(element: &Element, layout: &Layout, range: Range<u64>, mut body: Bod
             mesh.colours.push(Spectrum::new(r as f32, g as f32, b as f32));
         }
     }
-    Ok(mesh)
+    Ok((mesh, clear))
 }
 
 /// A value as it is; one of a colour that is a whole number is an sRGB share of the greatest of its kind.

@@ -217,9 +217,6 @@ fn check_piece(text: &str, lines: usize) -> Result<Source<'_>, SceneError> {
         match keyword {
             "f" => source.total.faces += 1,
             "o" | "g" => source.marks.push((source.total.faces, Mark::Group(rest.to_owned()))),
-            "usemtl" if rest.is_empty() => {
-                return Err(SceneError::invalid("`usemtl` names no material", "add its name").at_line(line));
-            }
             "usemtl" => {
                 source.materials.entry(rest.to_owned()).or_insert(line);
                 source.marks.push((source.total.faces, Mark::Material(rest.to_owned())));

@@ -2,11 +2,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use sampling::bsdf::Bsdf;
-use sampling::math::Spectrum;
 use tempfile::TempDir;
 
+use super::appearance::tests::appearance;
 use super::appearance::{Appearance, Images};
-use super::mtl::{self, Statements};
+use super::mtl;
 use super::obj::Model;
 use super::translation::{Note, NoteKind};
 use crate::load::{LoadOptions, load};
@@ -36,83 +36,38 @@ fn fault(files: &[(&str, &str)]) -> String {
 
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 
-fn appearance(statements: &str) -> Appearance {
-    let materials = mtl::parse(Path::new("a.mtl"), &format!("newmtl a\n{statements}")).unwrap();
-    Appearance::of(&materials[0], &mut Images::default())
-}
-
-/// `name` of the model, and a word of each note.
-#[track_caller]
-fn check(statements: &str, name: &str, notes: &[&str]) -> Bsdf {
-    let made = appearance(statements);
-    let debug = format!("{:?}", made.bsdf);
-    assert!(debug.starts_with(&format!("{name}(")), "{statements:?} became {debug}");
-    assert_eq!(made.notes.len(), notes.len(), "{statements:?}: {:?}", made.notes);
-    for (made, expected) in made.notes.iter().zip(notes) {
-        assert!(made.1.contains(expected), "{statements:?}: {made:?} lacks {expected:?}");
-    }
-    made.bsdf
+#[test]
+fn what_emits_is_opaque() {
+    let made = appearance("Kd 0.5\nKe 1 1 1\nd 0.9");
+    assert!(made.opacity.is_none() && made.emission.is_some());
+    assert_eq!(made.notes, [(NoteKind::Approximated, "its opacity is left out: it emits".to_string())]);
+    let obj = format!("mtllib a.mtl\n{TRIANGLE}vt 0 0\nusemtl lamp\nf 1/1 2/1 3/1\n");
+    let folder = folder(&[("a.obj", obj.as_str()), ("a.mtl", "newmtl lamp\nKd 0.5\nmap_Ke k.png\nmap_d k.png\n")]);
+    png(&folder, "k.png", [255, 0, 0, 51]);
+    let scene = load(folder.path().join("a.obj").to_str().unwrap(), &LoadOptions::default());
+    let scene = scene.unwrap_or_else(|error| panic!("{error}"));
+    assert!(!scene.needs.masks && scene.emitters.len() == 1);
 }
 
 #[test]
-fn the_rule_glass() {
-    for statements in [
-        "illum 7\nNi 1.5",
-        "illum 6\nNi 1.5",
-        "illum 4\nNi 1.5\nTf 1 1 1",
-        "illum 9\nNi 1.5\nd 0.2\nd 0",
-        "illum 2\nKd 0\nKs 1\nNs 10\nNi 1.5\nd 0\nTf 1",
-        "Tr 1\nNi 1.5",
-    ] {
-        let Bsdf::Dielectric(glass) = check(statements, "Dielectric", &[]) else { unreachable!() };
-        assert_eq!(glass.eta, 1.5);
-    }
-    check("illum 7", "Dielectric", &["without an index Ni"]);
-    check("illum 7\nNi 0", "Dielectric", &["Ni of 0 cannot be"]);
-    check("illum 7\nNi 1.5\nTf 0.5 1 1", "Dielectric", &["Tf is taken as white"]);
-    check("illum 2\nNi 1.5\nd 0.3", "Dielectric", &["partly opaque"]);
-    // Exporters write `Tf 1 1 1` and an index for everything: alone they mean nothing.
-    check("illum 2\nKd 0.5\nNi 1.5\nd 1\nTr 0\nTf 1 1 1", "Lambert", &[]);
-    check("illum 4\nKd 0.5\nd 1", "Lambert", &[]);
-    check("illum 2\nKd 0.5\nd 0.8", "Lambert", &[]);
-    assert_eq!(appearance("illum 2\nKd 0.5\nd 0.8").opacity, Some(0.8));
-}
-
-#[test]
-fn the_rule_mirror() {
-    for statements in [
-        "Kd 0\nKs 0.95\nNs 1000\nillum 5",
-        "Kd 0\nKs 0.95\nillum 3",
-        "Ks 0.95\nNs 1000",
-        "Kd 0.01\nKs 0.95\nNs 10\nillum 5",
-    ] {
-        let notes: &[&str] = if statements.contains("0.01") { &["the weaker, Kd, is left out"] } else { &[] };
-        let Bsdf::Mirror(mirror) = check(statements, "Mirror", notes) else { unreachable!() };
-        assert_eq!(mirror.reflectance, Spectrum::splat(0.95));
-    }
-    check("Ks 1.5\nNs 1000", "Mirror", &["its Ks is above 1"]);
-}
-
-#[test]
-fn the_rule_metal_and_matte() {
-    check("Kd 0.5\nKs 0.9\nNs 40\nillum 2", "RoughConductor", &["Kd, is left out", "alpha 0.218"]);
-    check("Ks 0.9\nNs 98", "RoughConductor", &["alpha 0.141"]);
-    check("Kd 0.5\nKs 0.9\nillum 1", "Lambert", &[]);
-    check("Kd 0.8\nKs 0.5\nNs 250\nillum 2", "Lambert", &["Ks, is left out"]);
-    let Bsdf::Lambert(lambert) = check("Kd 0.1 0.2 0.3\nNs 10\nNi 1", "Lambert", &[]) else { unreachable!() };
-    assert_eq!(lambert.albedo, Spectrum::new(0.1, 0.2, 0.3));
-    let Bsdf::Lambert(lambert) = check("", "Lambert", &[]) else { unreachable!() };
-    assert_eq!(lambert.albedo, Spectrum::splat(0.5));
-    check("Kd 1.2 1 1", "Lambert", &["its Kd is above 1"]);
-    check("Kd 1\nmap_Kd wood.png", "Lambert", &["its map_Kd `wood.png` is left out"]);
-    check("Kd spectral a.rfl", "Lambert", &["`Kd spectral a.rfl` is not read"]);
-}
-
-#[test]
-fn the_rule_emission() {
-    assert_eq!(appearance("Ke 17 12 4").emission, Some(Spectrum::new(17.0, 12.0, 4.0)));
-    assert_eq!(appearance("Ke 0 0 0").emission, None);
-    assert_eq!(Appearance::of(&Statements::default(), &mut Images::default()).emission, None);
+fn a_material_may_have_no_name() {
+    let obj = format!("mtllib a.mtl\n{TRIANGLE}f 1 2 3\nusemtl \nf 1 2 3\n");
+    let made = |mtl: &str| {
+        let folder = folder(&[("a.obj", obj.as_str()), ("a.mtl", mtl)]);
+        let model = open(&folder, "a.obj");
+        let albedo = |i: usize| match model.appearances[model.groups[i].appearance].1.bsdf {
+            Bsdf::Lambert(lambert) => lambert.albedo.to_array()[0],
+            other => panic!("{other:?}"),
+        };
+        assert!(load(folder.path().join("a.obj").to_str().unwrap(), &LoadOptions::default()).is_ok());
+        ([albedo(0), albedo(1)], model.notes.all().iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
+    };
+    let (albedos, told) = made("newmtl\nKd 0.25\n");
+    assert_eq!(albedos, [0.5, 0.25]);
+    assert!(told.contains("a.obj:6: mapped: `usemtl` without a name means the material without a name"), "{told}");
+    let (albedos, told) = made("newmtl a\nKd 0.25\n");
+    assert_eq!(albedos, [0.5, 0.5]);
+    assert!(told.contains("a.obj:6: approximated: there is no material ``: a matte grey stands for it"), "{told}");
 }
 
 #[test]

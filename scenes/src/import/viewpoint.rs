@@ -14,6 +14,10 @@ const FOV: f64 = 40.0;
 const FOV_INSIDE: f64 = 75.0;
 /// Rays along each side of the grid that tries a view.
 const GRID: usize = 7;
+/// Rays that look for light from inside a closed room.
+const DIRECTIONS: usize = 256;
+/// π (3 − √5) \[radians\].
+const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 /// The sides from which the scene may be looked at, in order of preference, each with the `up` of the view.
 const SIDES: [(DVec3, DVec3); 6] = [
     (DVec3::Z, DVec3::Y),
@@ -89,9 +93,10 @@ pub fn table(camera: &CameraSettings, place: &Place) -> Lines {
 /// 2. The sides are tried in the order +z, −z, +x, −x, +y, −y, by a grid of rays at that side. The first is taken from
 ///    which a tenth of the rays meets something and fewer than four fifths meet a wall, which is a surface within 2 %
 ///    of the bounds' size behind that side: so an open box is looked into through its open side.
-/// 3. If there is none, and most rays at the first side meet the back of its wall or something inside emits, it is a
-///    closed room: the camera stands within, near the +z side, and looks along −z with 75°. Otherwise it is a solid
-///    block, seen from +z.
+/// 3. If there is none, and most rays at the first side meet the back of its wall or something emits, it may be a closed room: the
+///    camera stands within, near the +z side, and looks along −z with 75°, if light is met from there, by rays in all directions: the
+///    front of something where anything emits, and otherwise the environment, through a window.
+/// 4. Otherwise it is a solid block, seen from +z.
 pub fn choose(meshes: &[&MeshData], emits: bool, size: (u32, u32)) -> CameraSettings {
     let bounds = Bounds::of(meshes);
     let shows = |(side, up): &(DVec3, DVec3)| {
@@ -104,7 +109,10 @@ pub fn choose(meshes: &[&MeshData], emits: bool, size: (u32, u32)) -> CameraSett
     let (side, up) = SIDES[0];
     let front = try_view(meshes, &bounds, side, up);
     if front.walls >= 0.8 && (emits || front.backs > 0.5) {
-        return inside(&bounds, size);
+        let within = inside(&bounds, size);
+        if is_lit(meshes, within.position, emits) {
+            return within;
+        }
     }
     outside(&bounds, side, up, size)
 }
@@ -162,6 +170,21 @@ fn inside(bounds: &Bounds, size: (u32, u32)) -> CameraSettings {
     let middle = bounds.middle();
     let position = middle + DVec3::Z * 0.95 * bounds.half(DVec3::Z);
     CameraSettings::pinhole(position, middle, FOV_INSIDE, size)
+}
+
+/// Whether a ray from a point meets a front, which may emit, or nothing, where only the environment does.
+fn is_lit(meshes: &[&MeshData], origin: DVec3, emits: bool) -> bool {
+    let lit = |ray: usize| {
+        // A spiral of directions over the sphere, by the golden angle.
+        let z = 1.0 - (2 * ray + 1) as f64 / DIRECTIONS as f64;
+        let (sin, cos) = (ray as f64 * GOLDEN_ANGLE).sin_cos();
+        let d = DVec3::new((1.0 - z * z).sqrt() * cos, (1.0 - z * z).sqrt() * sin, z);
+        let corners =
+            meshes.iter().flat_map(|mesh| mesh.triangles.iter().map(|t| t.map(|i| mesh.positions[i as usize])));
+        let nearest = corners.filter_map(|corners| meeting(origin, d, corners)).min_by(|a, b| a.0.total_cmp(&b.0));
+        if emits { nearest.is_some_and(|(_, front)| front) } else { nearest.is_none() }
+    };
+    (0..DIRECTIONS).into_par_iter().any(lit)
 }
 
 fn try_view(meshes: &[&MeshData], bounds: &Bounds, side: DVec3, up: DVec3) -> Seen {
@@ -233,9 +256,8 @@ impl View {
         all.into_iter().enumerate().map(point).collect()
     }
 
-    /// Calls `visit` with the rays that meet a triangle (Möller & Trumbore 1997).
+    /// Calls `visit` with the rays that meet a triangle.
     fn meet(&self, corners: [DVec3; 3], mut visit: impl FnMut(usize, Meeting)) {
-        let [a, b, c] = corners;
         // Seen from the origin a triangle spans no more than its corners do.
         let places = corners.map(|p| self.axes.map(|axis| (p - self.origin).dot(axis)));
         let [columns, rows] = [0, 1].map(|axis| {
@@ -246,20 +268,26 @@ impl View {
         });
         for ray in rows.flat_map(|row| columns.clone().map(move |column| row * GRID + column)) {
             let d = self.direction(ray);
-            let (u, v) = (b - a, c - a);
-            let across = d.cross(v);
-            let determinant = u.dot(across);
-            let from = self.origin - a;
-            let beta = from.dot(across) / determinant;
-            let along = from.cross(u);
-            let gamma = d.dot(along) / determinant;
-            let t = v.dot(along) / determinant;
-            // Written so that NaN, of a triangle without area, is a miss.
-            if beta >= 0.0 && gamma >= 0.0 && beta + gamma <= 1.0 && t > 0.0 {
-                visit(ray, (t, determinant > 0.0));
+            if let Some(meeting) = meeting(self.origin, d, corners) {
+                visit(ray, meeting);
             }
         }
     }
+}
+
+/// Where a ray meets a triangle, if it does (Möller & Trumbore 1997).
+fn meeting(origin: DVec3, d: DVec3, [a, b, c]: [DVec3; 3]) -> Option<Meeting> {
+    let (u, v) = (b - a, c - a);
+    let across = d.cross(v);
+    let determinant = u.dot(across);
+    let from = origin - a;
+    let beta = from.dot(across) / determinant;
+    let along = from.cross(u);
+    let gamma = d.dot(along) / determinant;
+    let t = v.dot(along) / determinant;
+    // Written so that NaN, of a triangle without area, is a miss.
+    let met = beta >= 0.0 && gamma >= 0.0 && beta + gamma <= 1.0 && t > 0.0;
+    met.then_some((t, determinant > 0.0))
 }
 
 #[cfg(test)]
@@ -295,10 +323,23 @@ mod tests {
     #[test]
     fn a_closed_room_is_seen_from_within_and_a_block_from_outside() {
         assert_eq!(direction(&room(&[]), true), (DVec3::NEG_Z, true));
-        assert_eq!(direction(&room(&[]), false), (DVec3::NEG_Z, true));
         let mut block = room(&[]);
         block.triangles.iter_mut().for_each(|t| t.swap(0, 1));
         assert_eq!(direction(&block, false), (DVec3::NEG_Z, false));
+    }
+
+    /// Nothing would be seen from within: no light comes in, and what a block emits it emits outwards.
+    #[test]
+    fn what_is_dark_within_is_seen_from_outside() {
+        assert_eq!(direction(&room(&[]), false), (DVec3::NEG_Z, false));
+        let mut block = room(&[]);
+        block.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+        assert_eq!(direction(&block, true), (DVec3::NEG_Z, false));
+        // Some of the left side is a window, too small to look in through.
+        let mut window = room(&[4]);
+        window.positions.extend([DVec3::new(-1.0, 1.0, 0.7), DVec3::new(-1.0, -1.0, 0.7)]);
+        window.triangles.extend([[0, 2, 8], [0, 8, 9]]);
+        assert_eq!(direction(&window, false), (DVec3::NEG_Z, true));
     }
 
     #[test]

@@ -107,6 +107,7 @@ const OBJECTS: &[(&str, &[&str])] = &[
     ("KHR_materials_specular", &["specularColorFactor", "specularColorTexture", "specularFactor", "specularTexture"]),
     ("KHR_materials_transmission", &["transmissionFactor", "transmissionTexture"]),
     ("KHR_materials_volume", &["attenuationColor", "attenuationDistance", "thicknessFactor", "thicknessTexture"]),
+    ("KHR_node_visibility", &["visible"]),
     ("KHR_texture_transform", &["offset", "rotation", "scale", "texCoord"]),
 ];
 

@@ -48,7 +48,7 @@ impl Meshes {
         let mut uses = HashMap::new();
         for placed in nodes {
             worlds[placed.item.index()] = Some(placed.world);
-            if let Some(mesh) = placed.node.mesh {
+            if let Some(mesh) = placed.node.mesh.filter(|_| placed.visible) {
                 *uses.entry(mesh).or_default() += 1;
             }
         }

@@ -45,7 +45,7 @@ use crate::import::viewpoint;
 use crate::suggest::shown;
 
 /// Extensions that a file may require.
-const EXTENSIONS: [&str; 17] = [
+const EXTENSIONS: [&str; 18] = [
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
@@ -61,6 +61,7 @@ const EXTENSIONS: [&str; 17] = [
     "KHR_materials_variants",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_node_visibility",
     "KHR_texture_transform",
     "KHR_xmp_json_ld",
 ];
@@ -103,6 +104,12 @@ pub fn translate(path: &Path, base: &Path, stem: &str) -> Result<Translation, Sc
     let mut meshes = Meshes::new(&nodes, count, camera.is_none());
     for placed in &nodes {
         let place = asset.document.place_of_item(&placed.item);
+        if !placed.visible {
+            if placed.node.mesh.is_some() || placed.node.extensions.light.is_some() {
+                context.mapped(&place, "what `KHR_node_visibility` hides is left out");
+            }
+            continue;
+        }
         if placed.node.extensions.instancing.is_some() {
             context.approximate(&place, "`EXT_mesh_gpu_instancing` is left out: its mesh stands once");
         }

@@ -15,6 +15,8 @@ pub struct Placed<'t> {
     pub node: Node,
     /// From its frame to the world.
     pub world: DMat4,
+    /// Whether it is seen, with all above it. What is hidden still places cameras and joints.
+    pub visible: bool,
 }
 
 /// The scene's nodes with all below them, each after its parent; and how many scenes are left out.
@@ -24,12 +26,12 @@ pub fn placed<'t>(asset: &Asset<'t>) -> Result<(Vec<Placed<'t>>, usize), SceneEr
     let mut scenes = document.all(Kind::Scene);
     let number = document.root.scene.unwrap_or(0);
     let all = document.root.list(Kind::Scene).len();
-    let mut waiting: Vec<(Item<'t>, DMat4)> = Vec::new();
+    let mut waiting: Vec<(Item<'t>, DMat4, bool)> = Vec::new();
     match scenes.nth(number) {
         Some(scene) => {
             let nodes: Scene = document.parse(&scene)?;
             for &node in nodes.nodes.iter().rev() {
-                waiting.push((document.item(Kind::Node, node, &scene)?, DMat4::IDENTITY));
+                waiting.push((document.item(Kind::Node, node, &scene)?, DMat4::IDENTITY, true));
             }
         }
         None if document.root.scene.is_some() => {
@@ -44,13 +46,13 @@ pub fn placed<'t>(asset: &Asset<'t>) -> Result<(Vec<Placed<'t>>, usize), SceneEr
                 node.children.iter().filter(|&&child| child < count).for_each(|&child| has_parent[child] = true);
             }
             let roots = document.all(Kind::Node).filter(|item| !has_parent[item.index()]);
-            waiting.extend(roots.map(|item| (item, DMat4::IDENTITY)));
+            waiting.extend(roots.map(|item| (item, DMat4::IDENTITY, true)));
             waiting.reverse();
         }
     }
     let mut seen = vec![false; count];
     let mut placed = Vec::new();
-    while let Some((item, above)) = waiting.pop() {
+    while let Some((item, above, seen_above)) = waiting.pop() {
         if std::mem::replace(&mut seen[item.index()], true) {
             let message = "stands in two places, or below itself";
             return Err(document.error(&item, message, "let every node be the child of one other"));
@@ -60,10 +62,12 @@ pub fn placed<'t>(asset: &Asset<'t>) -> Result<(Vec<Placed<'t>>, usize), SceneEr
         if !world.is_finite() {
             return Err(document.error(&item, "stands beyond all numbers", "let transforms stay finite"));
         }
+        let own = node.extensions.visibility.as_ref().and_then(|visibility| visibility.visible);
+        let visible = seen_above && own.unwrap_or(true);
         for &child in node.children.iter().rev() {
-            waiting.push((document.item(Kind::Node, child, &item)?, world));
+            waiting.push((document.item(Kind::Node, child, &item)?, world, visible));
         }
-        placed.push(Placed { item, node, world });
+        placed.push(Placed { item, node, world, visible });
     }
     Ok((placed, all.saturating_sub(1)))
 }

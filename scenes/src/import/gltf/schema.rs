@@ -252,6 +252,13 @@ pub struct NodeExtensions {
     pub light: Option<NodeLight>,
     #[serde(rename = "EXT_mesh_gpu_instancing")]
     pub instancing: Option<IgnoredAny>,
+    #[serde(rename = "KHR_node_visibility")]
+    pub visibility: Option<NodeVisibility>,
+}
+
+#[derive(Deserialize)]
+pub struct NodeVisibility {
+    pub visible: Option<bool>,
 }
 
 #[derive(Deserialize)]

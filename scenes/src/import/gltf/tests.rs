@@ -246,6 +246,36 @@ fn images_beside_the_file_keep_their_names() {
     assert_eq!(translation.attachments.iter().find(|attachment| attachment.name == name).unwrap().bytes, image);
 }
 
+/// Whatever the nodes below say; what is hidden still carries the camera.
+#[test]
+fn hidden_nodes_are_left_out_with_all_below() {
+    let mut fixture = Fixture::triangle(json!({}));
+    fixture.json["extensionsRequired"] = json!(["KHR_node_visibility"]);
+    fixture.json["extensionsUsed"] = json!(["KHR_node_visibility", "KHR_lights_punctual"]);
+    fixture.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [{ "type": "point" }] } });
+    fixture.json["cameras"] = json!([{ "type": "perspective", "perspective": { "yfov": 1.0, "znear": 0.1 } }]);
+    let visibility = |visible: bool| json!({ "KHR_node_visibility": { "visible": visible } });
+    let first = fixture.json["nodes"].as_array().unwrap().len();
+    fixture.root(json!({ "mesh": 0, "children": [first + 1, first + 2, first + 3], "extensions": visibility(false) }));
+    fixture.push("nodes", json!({ "mesh": 0, "extensions": visibility(true) }));
+    fixture.push("nodes", json!({ "extensions": { "KHR_lights_punctual": { "light": 0 } } }));
+    fixture.push("nodes", json!({ "camera": 0 }));
+    fixture.root(json!({ "mesh": 0, "translation": [3, 0, 0], "extensions": { "KHR_node_visibility": {} } }));
+    let translation = fixture.translated();
+    let written = table(&translation);
+    // The triangle's own node, and the one that says nothing.
+    assert_eq!(written["shapes"].as_array().unwrap().len(), 2, "{written}");
+    // Of emitters there is only the environment that is added; the camera is the file's.
+    assert_eq!(written["emitters"].as_array().unwrap().len(), 1);
+    assert!(!tells(&translation, NoteKind::Added, "no camera"));
+    assert!(tells(&translation, NoteKind::Mapped, "what `KHR_node_visibility` hides is left out"));
+    assert!(!tells(&translation, NoteKind::Ignored, "KHR_node_visibility"));
+    for node in fixture.json["nodes"].as_array_mut().unwrap() {
+        node["extensions"] = visibility(false);
+    }
+    assert!(fixture.fault().contains("the scene has no triangles"));
+}
+
 #[test]
 fn notes_name_their_objects_and_lines() {
     let mut fixture = Fixture::made_of(json!({ "name": "skin", "occlusionTexture": { "index": 0 } }));

@@ -100,6 +100,41 @@ fn what_is_declared_is_read() {
 }
 
 #[test]
+fn what_would_be_seen_and_is_left_out_is_told() {
+    let told = |text: &str| {
+        let notes = read(text.as_bytes()).unwrap_or_else(|error| panic!("{error}")).notes;
+        assert!(notes.iter().all(|(kind, _)| *kind == NoteKind::Approximated), "{notes:?}");
+        notes.into_iter().map(|(_, text)| text).collect::<Vec<_>>()
+    };
+    let faces = ASCII.replace("property int flags", "property uchar red");
+    assert_eq!(told(&faces), ["the colours of faces are left out: give them to vertices"]);
+    let wedges = ASCII.replace("property int flags", "property list uchar float texcoord");
+    let wedges = wedges.replace("7 4 0 1 2 3", "2 0 0 4 0 1 2 3").replace("7 3 0 4 1", "0 3 0 4 1");
+    let expected =
+        ["the texture coordinates of faces, `texcoord`, are left out: give them to vertices, as `s` and `t`"];
+    assert_eq!(told(&wedges), expected);
+    // An alpha is told of where it is not full: every vertex of Blender's has one.
+    let full = ASCII.replace("property float quality", "property float alpha");
+    assert!(told(&full).is_empty());
+    let clear = full.replace("1 1 0 0 0 1 1 1 0 0 255 1", "1 1 0 0 0 1 1 1 0 0 255 0.5");
+    assert_eq!(told(&clear), ["the alpha of vertices is left out, which is not full of 1 of them"]);
+    let bytes = full.replace("float alpha", "uchar alpha").replace(" 1\n", " 255\n");
+    let bytes = bytes.replace("3 0 4 255\n", "3 0 4 1\n").replace("camera 255", "camera 1");
+    assert!(told(&bytes).is_empty());
+    let clear = bytes.replace("0 0 255 255", "0 0 255 254");
+    assert_eq!(told(&clear).len(), 1, "{clear}");
+}
+
+#[test]
+fn a_cloud_of_points_is_one_error() {
+    let cloud = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n\
+                 element face 0\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 1 1\n";
+    let expected = "a.ply: the file holds no faces: it is a cloud of 2 points, which has no surface; save it as a mesh of \
+                    polygons or triangle strips";
+    assert_eq!(fault(cloud), expected);
+}
+
+#[test]
 fn binary_files_of_both_orders_are_read() {
     for big in [false, true] {
         for ends in ["\n", "\r\n"] {
@@ -151,7 +186,7 @@ fn bad_files_are_one_error_with_its_place() {
             replaced("element camera 1", "element vertex 1\nproperty float x"),
             "a.ply:5: element `vertex`: the vertices lack",
         ),
-        (replaced("element face 2", "element edge 2"), "a.ply: the file holds no faces; save it as a mesh"),
+        (replaced("element face 2", "element edge 2"), "a.ply: the file holds no faces: it is a cloud of 5 points"),
     ];
     for (message, expected) in cases {
         assert!(message.starts_with(expected), "{message}\ninstead of\n{expected}");
