@@ -11,6 +11,7 @@ mod lexer;
 mod light;
 mod material;
 mod model;
+mod names;
 mod object;
 mod parameters;
 mod parser;

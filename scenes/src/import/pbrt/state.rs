@@ -9,6 +9,7 @@ use glam::DMat4;
 use super::camera::Options;
 use super::context::{Context, file_name};
 use super::material::Material;
+use super::names::{FreeNames, SecondNames};
 use super::object::{Object, Objects};
 use super::parameters::Parameters;
 use super::parser::{Parameter, Parser, Statement, Values};
@@ -30,7 +31,7 @@ const MOST_FILES: usize = 10_000;
 
 /// What attributes hold.
 #[derive(Clone)]
-struct Graphics {
+pub struct Graphics {
     map: DMat4,
     reversed: bool,
     material: Material,
@@ -39,9 +40,9 @@ struct Graphics {
     usual: Rc<BTreeMap<String, Vec<Parameter>>>,
     /// What textures are kept as that were named again. Before v4 a name holds from there on, within its attributes; since then there may
     /// not be two.
-    textures: Rc<BTreeMap<String, String>>,
+    pub textures: Rc<SecondNames>,
     /// The same of materials.
-    materials: Rc<BTreeMap<String, String>>,
+    pub materials: Rc<SecondNames>,
 }
 
 /// What was begun.
@@ -62,7 +63,8 @@ pub struct State<'c> {
     pub records: Vec<Record>,
     /// What is placed many times.
     pub objects: Objects,
-    graphics: Graphics,
+    /// What attributes hold now.
+    pub graphics: Graphics,
     stack: Vec<(Frame, Graphics, Place)>,
     systems: BTreeMap<String, DMat4>,
     /// The object that is being read.
@@ -70,24 +72,8 @@ pub struct State<'c> {
     in_world: bool,
     open: Vec<PathBuf>,
     files: usize,
-    names: SecondNames,
-}
-
-/// Names for what has one that is taken.
-#[derive(Default)]
-struct SecondNames(u64);
-
-impl SecondNames {
-    /// This name with a number behind it that makes it free.
-    fn free(&mut self, name: &str, is_taken: impl Fn(&str) -> bool) -> String {
-        loop {
-            self.0 += 1;
-            let other = format!("{name}_{}", self.0 + 1);
-            if !is_taken(&other) {
-                return other;
-            }
-        }
-    }
+    /// Names for what is named again.
+    pub names: FreeNames,
 }
 
 impl<'c> State<'c> {
@@ -113,7 +99,7 @@ impl<'c> State<'c> {
             in_world: false,
             open: Vec::new(),
             files: 0,
-            names: SecondNames::default(),
+            names: FreeNames::default(),
         }
     }
 
@@ -253,7 +239,7 @@ impl<'c> State<'c> {
     }
 
     /// A directive's parameters, with those that `Attribute` has set for things of its kind.
-    fn parameters(&self, target: &str, mut statement: Statement) -> Parameters {
+    pub fn parameters(&self, target: &str, mut statement: Statement) -> Parameters {
         let kind = if statement.texts.is_empty() { String::new() } else { statement.texts.swap_remove(0) };
         let mut list = statement.parameters;
         list.extend(self.graphics.usual.get(target).into_iter().flatten().cloned());
@@ -274,7 +260,12 @@ impl<'c> State<'c> {
         if self.stack.len() >= MAX_DEPTH {
             return Err(place.error(format!("attributes are nested more than {MAX_DEPTH} deep"), "nest them less"));
         }
-        self.stack.push((frame, self.graphics.clone(), place));
+        let outer = self.graphics.clone();
+        if frame != Frame::Transform {
+            self.graphics.textures = SecondNames::within(&outer.textures);
+            self.graphics.materials = SecondNames::within(&outer.materials);
+        }
+        self.stack.push((frame, outer, place));
         Ok(())
     }
 
@@ -352,54 +343,6 @@ impl<'c> State<'c> {
             }
             list.push(parameter);
         }
-        Ok(())
-    }
-
-    fn named_material(&mut self, statement: Statement) -> Result<(), SceneError> {
-        let name = statement.texts[0].clone();
-        let mut parameters = self.parameters("material", statement);
-        let Some(kind) = parameters.text("type")?.map(str::to_string) else {
-            return Err(parameters
-                .place
-                .error("a material has no `type`", "add one such as `\"string type\" \"diffuse\"`"));
-        };
-        parameters.kind = kind;
-        let known = &mut self.context.named_materials;
-        if !known.contains_key(&name) {
-            known.insert(name, Rc::new(parameters));
-            return Ok(());
-        }
-        let kept = self.names.free(&name, |name| known.contains_key(name));
-        known.insert(kept.clone(), Rc::new(parameters));
-        Rc::make_mut(&mut self.graphics.materials).insert(name, kept);
-        Ok(())
-    }
-
-    fn texture(&mut self, mut statement: Statement) -> Result<(), SceneError> {
-        let kind = statement.texts.swap_remove(1);
-        let name = statement.texts.swap_remove(0);
-        let place = statement.place.clone();
-        let parameters = Rc::new(self.parameters("texture", statement));
-        let (textures, others) = match kind.as_str() {
-            "float" => (&mut self.context.float_textures, &mut self.context.colour_textures),
-            "spectrum" | "color" => (&mut self.context.colour_textures, &mut self.context.float_textures),
-            _ => {
-                let message = format!("a texture is of `{}`", super::lexer::shown(&kind));
-                return Err(place.error(message, "write `float` or `spectrum`"));
-            }
-        };
-        let before = self.graphics.textures.get(&name).unwrap_or(&name).clone();
-        if !textures.contains_key(&before) {
-            textures.insert(before, parameters);
-            return Ok(());
-        }
-        // Numbers and colours may have one name, of which but one is named again.
-        let kept = self.names.free(&name, |name| textures.contains_key(name) || others.contains_key(name));
-        if let Some(other) = others.get(&before).cloned() {
-            others.insert(kept.clone(), other);
-        }
-        textures.insert(kept.clone(), parameters);
-        Rc::make_mut(&mut self.graphics.textures).insert(name, kept);
         Ok(())
     }
 
