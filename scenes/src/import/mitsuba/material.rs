@@ -1,8 +1,11 @@
 //! Materials as they are written, and what is made of other materials.
 
 mod blend;
+mod usual;
 
 pub use blend::blend;
+use usual::black;
+pub use usual::{null, usual};
 
 use super::bsdf::{BLACK, Setting, describe};
 use super::context::Context;
@@ -292,17 +295,6 @@ fn write_keys(lines: &mut Lines, place: &Place, model: &str, keys: &[(&'static s
     }
 }
 
-/// The name of the black material, which is written once.
-fn black(place: &Place, context: &mut Context) -> String {
-    let key = (std::ptr::null(), false);
-    if context.material_names.insert(key, BLACK.to_string()).is_none() {
-        context.materials.table(place, format!("[materials.{BLACK}]"));
-        context.materials.key(place, "type", quoted("lambert"));
-        context.materials.key(place, "albedo", "0.0");
-    }
-    BLACK.to_string()
-}
-
 /// The name of the material that a `bsdf` becomes, written where it is first asked for; `turned` where the shape's v is
 /// Mitsuba's turned over.
 pub fn named<'a>(element: &'a Element, turned: bool, context: &mut Context<'a>) -> Result<String, SceneError> {
@@ -320,32 +312,6 @@ pub fn named<'a>(element: &'a Element, turned: bool, context: &mut Context<'a>) 
     }
     context.material_names.insert(key, name.clone());
     Ok(name)
-}
-
-/// The material of shapes that have none: black where they emit, else matte, of albedo ½.
-pub fn usual(place: &Place, emits: bool, context: &mut Context) -> String {
-    if emits {
-        return black(place, context);
-    }
-    let key = (std::ptr::null(), true);
-    if let Some(name) = context.material_names.get(&key) {
-        return name.clone();
-    }
-    let name = context.fresh_name("default");
-    Description::new("lambert", place).one_sided().write(&name, false, context);
-    context.material_names.insert(key, name.clone());
-    name
-}
-
-/// What shapes around media were of before Mitsuba 2, unless they said otherwise.
-pub fn null(place: &Place, context: &mut Context) -> String {
-    if let Some(name) = &context.null_name {
-        return name.clone();
-    }
-    context.null.get_or_insert_with(|| place.clone());
-    let name = context.fresh_name("none");
-    Description::new("null", place).write(&name, false, context);
-    context.null_name.insert(name).clone()
 }
 
 /// A material with a mask or a map over it.

@@ -15,6 +15,7 @@ mod metals;
 mod meter;
 pub(super) mod observer;
 mod plugin;
+mod round;
 mod sensor;
 mod serialized;
 mod shape;

@@ -2,34 +2,38 @@
 
 use std::path::Path;
 
-use glam::{DMat3, DMat4, DVec3};
+use glam::{DMat3, DMat4};
 
 use super::context::Context;
 use super::plugin::Plugin;
 use super::spectrum::Quantity;
-use super::transform::{is_similarity, steps};
+use super::transform::steps;
 use super::xml::Element;
-use super::{material, mesh, serialized, texture};
+use super::{material, mesh, round, serialized, texture};
 use crate::builder::MeshData;
 use crate::error::SceneError;
 use crate::import::obj::{Group, Model};
-use crate::import::translation::{Lines, MEMBER, NoteKind, number, numbers, quoted};
+use crate::import::translation::{Lines, MEMBER, NoteKind, numbers, quoted};
 
 /// A shape's geometry as it will be written.
-struct Form {
-    kind: &'static str,
-    keys: Vec<(&'static str, String)>,
-    transform: DMat4,
+pub struct Form {
+    /// Its type in scene files.
+    pub kind: &'static str,
+    /// Its keys.
+    pub keys: Vec<(&'static str, String)>,
+    /// From its own frame to the world.
+    pub transform: DMat4,
     /// Whether v of its texture coordinates is Mitsuba's turned over.
-    turned: bool,
+    pub turned: bool,
     /// Whether its front is the other side than Mitsuba's.
-    other_side: bool,
+    pub other_side: bool,
     /// Whether it has texture coordinates.
-    has_uvs: bool,
+    pub has_uvs: bool,
 }
 
 impl Form {
-    fn new(kind: &'static str, keys: Vec<(&'static str, String)>, transform: DMat4) -> Self {
+    /// Of a type, with its keys.
+    pub fn new(kind: &'static str, keys: Vec<(&'static str, String)>, transform: DMat4) -> Self {
         Self { kind, keys, transform, turned: false, other_side: false, has_uvs: true }
     }
 }
@@ -242,63 +246,14 @@ fn form<'a>(
             Form::new("disk", keys.map(|(key, vector)| (key, text(vector))).to_vec(), transform)
         }
         "cube" => Form::new("mesh", mesh::cube().to_vec(), transform),
-        "sphere" => sphere(plugin, transform, context)?,
-        "cylinder" => cylinder(plugin, transform, context)?,
+        "sphere" => round::sphere(plugin, transform, context)?,
+        "cylinder" => round::cylinder(plugin, transform, context)?,
         "obj" | "ply" | "serialized" => return mesh_file(plugin, transform, only, context),
         kind => {
             context.approximate(plugin.place(), format!("a shape `{kind}` is not known, and is left out"));
             return Ok(None);
         }
     }))
-}
-
-fn radius_of(plugin: &Plugin) -> Result<f64, SceneError> {
-    let radius = plugin.float_or("radius", 1.0)?;
-    if radius <= 0.0 {
-        return Err(plugin.place().error(format!("the radius is {radius}"), "give one above 0"));
-    }
-    Ok(radius)
-}
-
-fn sphere<'a>(plugin: &Plugin<'a>, transform: DMat4, context: &mut Context<'a>) -> Result<Form, SceneError> {
-    let center = plugin.vector("center")?.unwrap_or_default();
-    let radius = radius_of(plugin)?;
-    let keys = |center: DVec3, radius: f64| vec![("center", numbers(&center.to_array())), ("radius", number(radius))];
-    // Mitsuba turns a sphere inside out that its transform mirrors.
-    let other_side = DMat3::from_mat4(transform).determinant() < 0.0;
-    if is_similarity(&transform, 1e-9) {
-        return Ok(Form { turned: true, other_side, ..Form::new("sphere", keys(center, radius), transform) });
-    }
-    // The matrices of exporters have six digits.
-    if is_similarity(&transform, 1e-4) {
-        context.approximate(
-            plugin.place(),
-            "a transform that scales a sphere unevenly by less than 0.0001 is taken as even",
-        );
-        let scale = DMat3::from_mat4(transform).determinant().abs().cbrt();
-        return Ok(Form {
-            turned: true,
-            other_side,
-            ..Form::new("sphere", keys(transform.transform_point3(center), radius * scale), DMat4::IDENTITY)
-        });
-    }
-    context.approximate(plugin.place(), "a sphere that its transform stretches becomes a mesh");
-    let file = context.meshes.keep(mesh::obj(&mesh::sphere(center, radius)));
-    Ok(Form::new("mesh", vec![("file", quoted(&file))], transform))
-}
-
-fn cylinder<'a>(plugin: &Plugin<'a>, transform: DMat4, context: &mut Context<'a>) -> Result<Form, SceneError> {
-    let from = plugin.vector("p0")?.unwrap_or_default();
-    let to = plugin.vector("p1")?.unwrap_or(DVec3::Z);
-    let radius = radius_of(plugin)?;
-    if is_similarity(&transform, 1e-9) {
-        let ends = [("from", from), ("to", to)].map(|(key, p)| (key, numbers(&p.to_array())));
-        let keys = ends.into_iter().chain([("radius", number(radius))]).collect();
-        return Ok(Form::new("cylinder", keys, transform));
-    }
-    context.approximate(plugin.place(), "a cylinder that its transform stretches becomes a mesh");
-    let file = context.meshes.keep(mesh::obj(&mesh::tube(from, to, radius)));
-    Ok(Form::new("mesh", vec![("file", quoted(&file))], transform))
 }
 
 /// A mesh of a file: the file itself if it can be, and what its loader makes of it otherwise.

@@ -38,8 +38,7 @@ pub struct Graphics {
     light: Option<Rc<Parameters>>,
     /// Parameters that things of a kind have where they do not say otherwise.
     usual: Rc<BTreeMap<String, Vec<Parameter>>>,
-    /// What textures are kept as that were named again. Before v4 a name holds from there on, within its attributes; since then there may
-    /// not be two.
+    /// What textures are kept as that were named again.
     pub textures: Rc<SecondNames>,
     /// The same of materials.
     pub materials: Rc<SecondNames>,
