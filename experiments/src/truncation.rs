@@ -86,7 +86,9 @@ impl Truncation {
             (Some(left), Some(most)) => {
                 format!("about {} of the image's mean is left out, at most {}", percent(left), percent(most))
             }
-            (Some(left), None) => format!("about {} of the image's mean is left out", percent(left)),
+            (Some(left), None) => {
+                format!("about {} of the image's mean is left out, but the pilot was too noisy to be certain", percent(left))
+            }
             (None, _) => "how much is left out is not known: the image is black, or too noisy in the pilot, or orders do not fall".to_owned(),
         };
         if self.at_most == Some(0.0) {

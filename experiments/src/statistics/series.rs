@@ -6,9 +6,8 @@
 //!
 //! Intervals are the jackknife's \[Tukey 1958; Efron & Tibshirani 1993, ch. 11\] with Student's quantile over replicates, each of which holds
 //! all orders, so that their covariances are taken care of. That of a tail is widened by what the factor may still change: it is taken to go
-//! on changing by steps that fall as the last two did, up to ten times as far as the last, or, where the last is within its noise, by one
-//! more. A mode that falls slowly and is too weak to have
-//! shown itself yet is in no such interval.
+//! on changing by steps that fall as the last two did, up to ten times as far as the last, or, where the last is within its noise or
+//! noisier orders follow, by one more. A mode that falls slowly and is too weak to have shown itself yet is in no such interval.
 
 use super::means::{self, student};
 use super::{Estimate, Interval};
@@ -100,7 +99,8 @@ impl Series {
         let measured = |orders: &[[f64; 3]]| Some(orders.get(order + 1..)?.iter().map(|p| mean_of(*p)).sum::<f64>());
         let whole = self.jackknife(|orders| Some(measured(orders)? + tail(orders, teller, 0.0, false)?))?;
         // What it would be if the factor went on changing as it did, or back.
-        let (mean, goes_on) = (self.mean(None), self.is_changing(teller));
+        // Orders that follow would show steps that go on for long, however noisy they are.
+        let (mean, goes_on) = (self.mean(None), teller == self.last() && self.is_changing(teller));
         let around = [-1.0, 1.0].map(|sign| Some(measured(&mean)? + tail(&mean, teller, sign, goes_on)?));
         let reach = |side: Option<f64>| side.map_or(f64::INFINITY, |side| (side - whole.value).abs());
         let widened = |(low, high): Interval| {
