@@ -17,6 +17,7 @@ mod figures;
 mod foreign;
 #[cfg(target_os = "linux")]
 mod judged;
+mod live;
 #[cfg(target_os = "linux")]
 mod reports;
 #[cfg(target_os = "linux")]

@@ -119,6 +119,11 @@ impl<'a> Job<'a> {
         self.render.replicates()
     }
 
+    /// Its image so far.
+    pub fn image(&self) -> &Render<'a> {
+        &self.render
+    }
+
     /// Image means of the layers, replicate by replicate.
     pub fn means(&self) -> Vec<&[[f64; 3]]> {
         self.render.replicate_means().collect()

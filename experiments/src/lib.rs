@@ -15,7 +15,7 @@
 //!   that bring most; [`stress`]: one scene in other units; [`metrics`]: how far one image is from another; [`mod@statistics`]: the intervals and tests of all of these;
 //! - [`record`]: `records.csv`; [`manifest`]: where they come from; [`statistics_file`]: `--stats`; [`export`]: images; [`plot`], [`report`]:
 //!   what people look at; [`output`]: where all of that goes, whole or not at all;
-//! - [`machine`], [`mod@program`], [`progress`], [`stop`]: memory and clock, the build, the bar, Ctrl-C.
+//! - [`machine`], [`mod@program`], [`progress`], [`live`], [`stop`]: memory and clock, the build, the bar, images while they are rendered, Ctrl-C.
 
 pub mod agreement;
 pub mod bench;
@@ -35,6 +35,7 @@ pub mod fireflies;
 pub mod integrals;
 pub mod job;
 pub mod list_command;
+pub mod live;
 pub mod lpe_command;
 pub mod machine;
 pub mod manifest;

@@ -1,5 +1,6 @@
 //! A bar with the time left, on standard error and only on a terminal.
 
+use crate::live::{Display, Image, Live};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use scenes::progress::Activity;
 use std::time::{Duration, Instant};
@@ -21,11 +22,13 @@ pub struct Progress {
     bar: ProgressBar,
     total: f64,
     done: f64,
+    live: Option<Live>,
 }
 
 impl Progress {
     /// `total` units of work, all of a cost as equal as can be.
-    pub fn new(total: f64, verbosity: Verbosity) -> Self {
+    pub fn new(total: f64, display: impl Into<Display>) -> Self {
+        let Display { verbosity, live } = display.into();
         let target = match verbosity {
             Verbosity::Normal => ProgressDrawTarget::stderr(),
             Verbosity::Quiet => ProgressDrawTarget::hidden(),
@@ -37,12 +40,18 @@ impl Progress {
             bar.set_style(style);
         }
         bar.enable_steady_tick(Duration::from_millis(500));
-        Self { bar, total, done: 0.0 }
+        Self { bar, total, done: 0.0, live }
     }
 
     /// What is being done now.
     pub fn say(&self, message: String) {
         self.bar.set_message(message);
+    }
+
+    /// Shows an image as far as it is rendered, where images are shown: at the end, or when the next look is due.
+    pub fn show(&mut self, name: &str, image: &dyn Image, end: bool) {
+        let Some(live) = &mut self.live else { return };
+        self.bar.suspend(|| if end { live.show(name, image) } else { live.show_when_due(name, image) });
     }
 
     /// So many units of work were done before.

@@ -7,6 +7,7 @@ use crate::error::{Error, Status};
 use crate::export::exr::{ImageMeta, write_measurement};
 use crate::export::pyramid;
 use crate::export::write_atomically;
+use crate::live::{Display, Live};
 use crate::machine::{VERSION, require_memory};
 use crate::output;
 use crate::parts;
@@ -29,6 +30,7 @@ use std::time::Instant;
 /// If anything asked for is impossible: found out before any ray is traced, but for a disk that fills up.
 pub fn render(args: &RenderArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
     let mut job = while_loading(verbosity, || Job::prepare(args, methods))?;
+    let live = args.live.as_ref().map(|address| Live::open(address.as_deref())).transpose()?;
     let pool = budget::pool(args.threads)?;
     if Composite::is_open(&*job.method) {
         if args.image.max_order == Some(MaxOrder::Auto) {
@@ -42,7 +44,7 @@ pub fn render(args: &RenderArgs, methods: &Methods, verbosity: Verbosity, stop: 
         let allowed = args.image.tail.flatten().unwrap_or(DEFAULT_PART);
         pool.install(|| job.truncate(allowed, stop))?;
     }
-    let (measurement, status) = pool.install(|| job.run(verbosity, stop))?;
+    let (measurement, status) = pool.install(|| job.run(Display { verbosity, live }, stop))?;
     let write = Instant::now();
     write_measurement(&job.output, &measurement, &job.meta(), args.layers)?;
     if args.layers.strategies {
@@ -122,7 +124,7 @@ impl Job {
     }
 
     /// All replicates, or those that were complete when the user asked for an end.
-    fn run(&self, verbosity: Verbosity, stop: &Stop) -> Result<(Measurement, Status), Error> {
+    fn run(&self, display: Display, stop: &Stop) -> Result<(Measurement, Status), Error> {
         let pixels = u64::from(self.window.width()) * u64::from(self.window.height());
         let request = render::request(&self.scene, &*self.method, &self.settings, &self.parts)?;
         // Of strategies the tails are told.
@@ -138,10 +140,12 @@ impl Job {
         };
         let samples_per_replicate = self.budget.samples_per_replicate(&render, &self.settings, stop)?;
         let mut render = render(RenderSettings { samples_per_replicate, ..self.settings.clone() })?;
-        let mut progress = Progress::new(f64::from(self.budget.replicates), verbosity);
-        progress.say(format!("{} in {}", self.method.name(), self.scene.name));
+        let mut progress = Progress::new(f64::from(self.budget.replicates), display);
+        let name = format!("{} in {}", self.method.name(), self.scene.name);
+        progress.say(name.clone());
         while render.replicates() < self.budget.replicates {
             progress.during(1.0, |report| render.run_replicate(report));
+            progress.show(&name, &render, render.replicates() == self.budget.replicates);
             if let Some(signal) = stop.signal() {
                 return Ok((render.finish(), Status::Interrupted(signal)));
             }

@@ -7,6 +7,7 @@ use crate::export::exr::{ImageMeta, LayerSelection, write_measurement};
 use crate::export::png::write_contact_sheet;
 use crate::export::pyramid;
 use crate::export::write_atomically;
+use crate::live::{Display, Live};
 use crate::manifest::MANIFEST;
 use crate::output::Folder;
 use crate::plan::Plan;
@@ -39,6 +40,7 @@ pub fn run(args: &RunArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop)
     let started = SystemTime::now();
     let (source, experiment) = open(&args.experiment, &args.changes)?;
     let mut plan = while_loading(verbosity, || Plan::new(&source, experiment, methods))?;
+    let live = args.live.as_ref().map(|address| Live::open(address.as_deref())).transpose()?;
     let path = args.out.clone().unwrap_or_else(|| PathBuf::from("results").join(&plan.name));
     let mut folder = Folder::open(&path)?;
     let former = former_results(&path, &plan, args.fresh)?;
@@ -53,7 +55,7 @@ pub fn run(args: &RunArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop)
     states.begin(&manifest::manifest(&plan, Vec::new(), threads, started, false))?;
     let mut outcome = pool.install(|| {
         runner::compose(&mut plan, methods, &mut states, verbosity, stop)?;
-        runner::run(&mut plan, &mut states, verbosity, stop)
+        runner::run(&mut plan, &mut states, Display { verbosity, live }, stop)
     })?;
     if let (Some(signal), true) = (stop.signal(), former.as_ref().is_some_and(|f| f.complete)) {
         eprintln!("stopped early: the complete results in {} are kept; {GO_ON}", path.display());

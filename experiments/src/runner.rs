@@ -6,10 +6,11 @@ use crate::budget::Budget;
 use crate::error::Error;
 use crate::integrals;
 use crate::job::{Job, Work};
+use crate::live::Display;
 use crate::observations::Observations;
 use crate::path_class;
 use crate::plan::{Plan, PlannedMethod, PlannedScene};
-use crate::progress::{Progress, Verbosity};
+use crate::progress::Progress;
 use crate::reference::Truth;
 use crate::result::{IntegralResult, MethodResult, RenderRecord, SceneTruth, SequenceRow};
 use crate::states::{States, Unit};
@@ -48,11 +49,11 @@ pub struct Outcome {
 ///
 /// # Errors
 /// If a method cannot render a scene, or a state cannot be read or written, or holds more replicates than are asked for.
-pub fn run(plan: &mut Plan, states: &mut States, verbosity: Verbosity, stop: &Stop) -> Result<Outcome, Error> {
+pub fn run(plan: &mut Plan, states: &mut States, display: impl Into<Display>, stop: &Stop) -> Result<Outcome, Error> {
     let samples = samples_per_replicate(plan, states, stop)?;
     check_states(plan, &samples, states)?;
     let lengths = lengths(plan, &samples, states, stop)?;
-    let mut runner = Runner { states, progress: Progress::new(total_work(plan, &samples, &lengths), verbosity), stop };
+    let mut runner = Runner { states, progress: Progress::new(total_work(plan, &samples, &lengths), display), stop };
     let mut outcome = Outcome::default();
     if let Some(asked) = &plan.experiment.integrals {
         let (samplers, seed) = (&plan.experiment.sampler.0, plan.experiment.seed);
@@ -285,6 +286,9 @@ impl Runner<'_> {
                 let most = length.most(turn);
                 self.progress.say(format!("{scene}, {label}{of}, {} of {most}", replicate + 1));
                 let seconds = self.progress.during(job.work(), |report| job.run_replicate(report));
+                if job.what == IMAGE {
+                    self.progress.show(&format!("{label} in {scene}"), job.image(), job.replicates() == most);
+                }
                 let ended = self.stop.signal().is_some();
                 if self.states.due(seconds) || ended {
                     jobs.iter_mut().try_for_each(|job| job.save(self.states))?;

@@ -1,7 +1,7 @@
 //! Replicates of one method in one scene.
 
 use crate::film::{Block, BlockFilm, Blocks, Film, Window};
-use crate::measurement::Measurement;
+use crate::measurement::{Layer, Measurement};
 use crate::method::{Integrator, Replicate};
 use crate::parts::{PartSettings, Parts};
 use crate::request::{Orders, Request};
@@ -199,6 +199,30 @@ impl<'a> Render<'a> {
     /// Seconds of transport (wall time) so far.
     pub fn seconds(&self) -> f64 {
         self.whole.seconds.iter().chain(&self.group.seconds).sum()
+    }
+
+    /// What was asked for.
+    pub fn settings(&self) -> &RenderSettings {
+        &self.settings
+    }
+
+    /// The pixels that it renders.
+    pub fn window(&self) -> &Window {
+        &self.window
+    }
+
+    /// The layers that make up its image.
+    pub fn layers(&self) -> &[Layer] {
+        self.request.layers()
+    }
+
+    /// A pixel of a layer, as the mean of the replicates so far; 0 before the first.
+    pub fn mean(&self, layer: usize, pixel: usize) -> [f64; 3] {
+        let at = (pixel * self.request.film_layers() + layer) * 3;
+        let (whole, group) = (&self.whole.pixels.mean[at..at + 3], &self.group.pixels.mean[at..at + 3]);
+        // As groups are merged, so that it has the bits of the measurement.
+        let share = f64::from(self.group.count()) / f64::from(self.replicates().max(1));
+        [0, 1, 2].map(|c| whole[c] + (group[c] - whole[c]) * share)
     }
 
     /// Image means of the layers, replicate by replicate.

@@ -81,6 +81,10 @@ pub struct RunArgs {
     /// Render a shard of a plan that another build, or one for another architecture, has made: bits may differ.
     #[arg(long, requires = "shard")]
     pub allow_foreign: bool,
+    /// Show the image as it converges: in tev, which listens at 127.0.0.1:14158 unless said otherwise, a layer an order, or in the
+    /// terminal where there is none.
+    #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, require_equals = true, conflicts_with = "shard")]
+    pub live: Option<Option<String>>,
     /// Exit with 0 even if non-finite samples occurred.
     #[arg(long)]
     pub allow_invalid: bool,
@@ -157,6 +161,10 @@ pub struct RenderArgs {
     /// Write means, variances, counters and times as JSON.
     #[arg(long, value_name = "OUT.json")]
     pub stats: Option<PathBuf>,
+    /// Show the image as it converges: in tev, which listens at 127.0.0.1:14158 unless said otherwise, a layer an order, or in the
+    /// terminal where there is none.
+    #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, require_equals = true)]
+    pub live: Option<Option<String>>,
     /// Exit with 0 even if non-finite samples occurred.
     #[arg(long)]
     pub allow_invalid: bool,
