@@ -30,6 +30,7 @@ max_order = 2
 spp = 32
 replicates = 8
 size = [24, 18]
+layers = ["strategies"]
 reference = { methods = ["path"], spp = 64 }
 methods = [{ name = "path" }, { name = "bdpt" }, { name = "direct" }]
 convergence = { size = [8, 8], checkpoints = [1, 2, 4], replicates = 32 }
@@ -81,6 +82,7 @@ fn keys_wheel_and_switches_do_what_they_say() {
     keys_flip_images(&mut browser);
     zoom_is_linked(&mut browser);
     plots_switch(&mut browser);
+    pyramids_open(&mut browser);
     assert_eq!(browser.complaints(), [""; 0]);
 }
 
@@ -157,6 +159,8 @@ fn plots_switch(browser: &mut Browser) {
     // Three orders and their sum.
     assert_eq!(browser.value(visible), 4);
     browser.value("document.querySelectorAll('.switched [type=radio]')[1].click()");
+    assert_eq!(browser.value(visible), 4, "the same against seconds");
+    browser.value("document.querySelectorAll('.switched [type=radio]')[2].click()");
     assert_eq!(browser.value(visible), 3, "a figure for each method");
     browser.value("document.querySelectorAll('.switched [type=radio]')[0].click()");
     let drawn = "[...document.querySelectorAll('[data-group=order] [data-name=bdpt]')].filter((g) => g.getBoundingClientRect().width).length";
@@ -169,6 +173,18 @@ fn plots_switch(browser: &mut Browser) {
     assert_eq!(browser.value(drawn), series);
     browser.value("(() => { const s = document.querySelector('.switches select'); s.value = 1; s.dispatchEvent(new Event('change')) })()");
     assert_eq!(browser.value(visible), 1);
+}
+
+/// A strategy's picture brings it onto the stage.
+fn pyramids_open(browser: &mut Browser) {
+    // Alone and weighted, of 2 + 3 + 4 strategies of bdpt; `path` and `direct` have fewer.
+    let buttons = "document.querySelectorAll('.pyramids figure[data-method=bdpt] [data-part] button').length";
+    assert_eq!(browser.value(buttons), 18);
+    let turn = browser.value("Number(document.querySelector('.viewer').dataset.turn)");
+    browser.value("document.querySelector('figure[data-method=bdpt] [data-part=s02_t01] button').click()");
+    browser.wait(&format!("Number(document.querySelector('.viewer').dataset.turn) > {turn}"));
+    let shown = browser.value(LABEL_A);
+    assert!(shown.as_str().unwrap().starts_with("bdpt · s02_t01"), "{shown}");
 }
 
 /// A result whose every name is the given one.

@@ -25,14 +25,17 @@ pub fn write(path: &Path, measurement: &Measurement, title: &str) -> Result<(), 
 }
 
 /// A strategy and where its images are among the layers.
-struct Strategy {
-    s: usize,
-    t: usize,
-    weighted: usize,
+pub struct Strategy {
+    /// Vertices of the light subpath.
+    pub s: usize,
+    /// Vertices of the camera subpath.
+    pub t: usize,
+    /// The layer of its weighted image; that of its estimate alone follows.
+    pub weighted: usize,
 }
 
 /// The strategies of a measurement, order by order.
-fn rows(m: &Measurement) -> Vec<Vec<Strategy>> {
+pub fn rows(m: &Measurement) -> Vec<Vec<Strategy>> {
     let mut rows: Vec<Vec<Strategy>> = Vec::new();
     for (weighted, part) in m.parts() {
         let &Part::Strategy { s, t, quantity: Quantity::Weighted } = part else { continue };

@@ -97,18 +97,34 @@ pub fn times(scene: &str, methods: &[&MethodResult], numbers: &Numbers, targets:
     targets.iter().enumerate().filter(|_| judged).map(chart).collect()
 }
 
+/// What variance falls against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Against {
+    /// Samples per pixel.
+    Samples,
+    /// Seconds of a replicate, as they went by.
+    Seconds,
+}
+
 /// The charts of one scene's convergence: one an order and one of the sum, a line for each method.
-pub fn convergence(scene: &str, methods: &[&MethodResult], slopes: &[SlopeRow], numbers: &Numbers) -> Vec<Figure> {
+pub fn convergence(
+    scene: &str,
+    methods: &[&MethodResult],
+    slopes: &[SlopeRow],
+    numbers: &Numbers,
+    against: Against,
+) -> Vec<Figure> {
     let measured = |column| methods.iter().any(|m| checkpoints(m, column).next().is_some());
     let columns = numbers.columns.iter().copied().filter(|&c| measured(c));
     columns
         .map(|column| {
-            let series = methods
-                .iter()
-                .enumerate()
-                .map(|(colour, method)| Series { colour, ..converging(method, column, method.label.clone(), slopes) });
+            let series = methods.iter().enumerate().map(|(colour, method)| Series {
+                colour,
+                ..converging(method, column, method.label.clone(), slopes, against)
+            });
             let name = column.map_or("sum".to_owned(), |layer| layer.name(99));
-            convergence_figure(format!("{scene}_convergence_{name}"), &symbol(column), series)
+            let of = if against == Against::Seconds { "seconds_" } else { "" };
+            convergence_figure(format!("{scene}_convergence_{of}{name}"), &symbol(column), against, series)
         })
         .collect()
 }
@@ -123,39 +139,56 @@ pub fn convergence_of_methods(
     let measured = methods.iter().filter(|method| !method.convergence.is_empty());
     measured
         .map(|method| {
-            let series = numbers
-                .columns
-                .iter()
-                .enumerate()
-                .map(|(colour, &column)| Series { colour, ..converging(method, column, symbol(column), slopes) });
-            convergence_figure(format!("{scene}_convergence_of_{}", method.label), &method.label, series)
+            let series = numbers.columns.iter().enumerate().map(|(colour, &column)| Series {
+                colour,
+                ..converging(method, column, symbol(column), slopes, Against::Samples)
+            });
+            let file = format!("{scene}_convergence_of_{}", method.label);
+            convergence_figure(file, &method.label, Against::Samples, series)
         })
         .collect()
 }
 
-fn convergence_figure(file: String, of: &str, series: impl Iterator<Item = Series>) -> Figure {
+fn convergence_figure(file: String, of: &str, against: Against, series: impl Iterator<Item = Series>) -> Figure {
+    let horizontal = match against {
+        Against::Samples => "samples per pixel of a replicate",
+        Against::Seconds => "seconds of a replicate",
+    };
     Figure {
         file,
         chart: Chart {
             title: format!("Convergence of {}", brief(of)),
-            horizontal: Horizontal::Log("samples per pixel of a replicate".to_owned()),
+            horizontal: Horizontal::Log(horizontal.to_owned()),
             vertical: "variance of a replicate, with 95 % interval and fitted slope".to_owned(),
             series: series.filter(|s| !s.points.is_empty()).collect(),
         },
     }
 }
 
-/// A method's variance in a column against samples, with the slope that was fitted; in the first colour.
-fn converging(method: &MethodResult, column: Option<Layer>, name: String, slopes: &[SlopeRow]) -> Series {
-    let fit = slopes.iter().find(|s| s.scene == method.scene && s.label == method.label && s.order == column);
+/// A method's variance in a column, with the slope that was fitted; in the first colour.
+fn converging(
+    method: &MethodResult,
+    column: Option<Layer>,
+    name: String,
+    slopes: &[SlopeRow],
+    against: Against,
+) -> Series {
+    let row = slopes.iter().find(|s| s.scene == method.scene && s.label == method.label && s.order == column);
+    let fit = row.and_then(|row| match against {
+        Against::Samples => Some((row.slope, row.ci, row.intercept)),
+        Against::Seconds => row.on_seconds.map(|line| (line.slope, line.ci, line.intercept)),
+    });
+    let x = |c: &Checkpoint| match against {
+        Against::Samples => f64::from(c.samples),
+        // Those that the slope is fitted to: without the first, which warms up.
+        Against::Seconds => c.replicate_seconds.iter().sum::<f64>() / c.replicate_seconds.len() as f64,
+    };
     Series {
-        label: fit.map_or_else(|| name.clone(), |fit| format!("{name} {}", slope(fit.slope, fit.ci))),
+        label: fit.map_or_else(|| name.clone(), |(value, ci, _)| format!("{name} {}", slope(value, ci))),
         name,
         colour: 0,
-        points: checkpoints(method, column)
-            .map(|c| Point { x: c.samples as f64, y: c.variance, interval: Some(c.ci) })
-            .collect(),
-        fit: fit.map(|fit| (fit.slope, fit.intercept)),
+        points: checkpoints(method, column).map(|c| Point { x: x(c), y: c.variance, interval: Some(c.ci) }).collect(),
+        fit: fit.map(|(slope, _, intercept)| (slope, intercept)),
     }
 }
 

@@ -1,7 +1,7 @@
 //! What people read of an experiment: one self-contained `report.html`, with the plots and picture sheets beside it.
 //!
 //! [`numbers`] takes the figures from the measurements, [`summary`] says them in sentences, [`tables`] and [`images`] show
-//! them, [`viewer`] has the images themselves, [`fireflies`] the largest contributions, [`agreement`] where methods differ, [`errors`] how far they are from a reference, [`samplers`] and [`screens`] do the same for samplers, [`page`] puts the page together. The HTML is written in Rust, through [`crate::export::markup`]: what a template
+//! them, [`viewer`] has the images themselves, [`fireflies`] the largest contributions, [`agreement`] where methods differ, [`strategies`] by which paths it was found, [`errors`] how far they are from a reference, [`samplers`] and [`screens`] do the same for samplers, [`page`] puts the page together. The HTML is written in Rust, through [`crate::export::markup`]: what a template
 //! engine would add here is its syntax, its errors at run time and its time to build, while here a name can't become markup
 //! and a missing number doesn't compile.
 
@@ -14,12 +14,13 @@ pub mod numbers;
 pub mod page;
 pub mod samplers;
 pub mod screens;
+pub mod strategies;
 pub mod summary;
 pub mod tables;
 pub mod viewer;
 
 use crate::export::{ExportError, png, write_atomically};
-use crate::plot;
+use crate::plot::{self, Against};
 use crate::result::{ExperimentResult, MethodResult};
 use numbers::Numbers;
 use std::path::Path;
@@ -38,14 +39,18 @@ pub struct SceneReport<'a> {
     pub times: Vec<plot::Figure>,
     /// Convergence of every order and of their sum, a line for each method; empty where it wasn't measured.
     pub convergence: Vec<plot::Figure>,
-    /// The same with a figure for each method.
+    /// The same against seconds.
+    pub convergence_in_seconds: Vec<plot::Figure>,
+    /// That against samples with a figure for each method.
     pub convergence_of_methods: Vec<plot::Figure>,
 }
 
 impl SceneReport<'_> {
     /// All its plots.
     pub fn figures(&self) -> impl Iterator<Item = &plot::Figure> {
-        self.by_order.iter().chain(&self.times).chain(&self.convergence).chain(&self.convergence_of_methods)
+        let convergence =
+            self.convergence.iter().chain(&self.convergence_in_seconds).chain(&self.convergence_of_methods);
+        self.by_order.iter().chain(&self.times).chain(convergence)
     }
 }
 
@@ -55,10 +60,20 @@ pub fn scenes(result: &ExperimentResult) -> Vec<SceneReport<'_>> {
         let methods: Vec<&MethodResult> = result.of_scene(name).collect();
         let numbers = Numbers::of(&methods);
         let by_order = plot::by_order(name, &methods, &numbers);
-        let convergence = plot::convergence(name, &methods, &result.slopes, &numbers);
+        let [convergence, convergence_in_seconds] = [Against::Samples, Against::Seconds]
+            .map(|against| plot::convergence(name, &methods, &result.slopes, &numbers, against));
         let convergence_of_methods = plot::convergence_of_methods(name, &methods, &result.slopes, &numbers);
         let times = plot::times(name, &methods, &numbers, &result.experiment.time_to_error);
-        SceneReport { name, methods, numbers, by_order, times, convergence, convergence_of_methods }
+        SceneReport {
+            name,
+            methods,
+            numbers,
+            by_order,
+            times,
+            convergence,
+            convergence_in_seconds,
+            convergence_of_methods,
+        }
     };
     result.scenes().into_iter().map(scene).collect()
 }

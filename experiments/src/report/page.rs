@@ -2,12 +2,13 @@
 
 use super::samplers::{self, Integrals};
 use super::summary::{self, Sentence, Tone};
-use super::{SceneReport, agreement, choices, errors, fireflies, images, screens, tables, viewer};
+use super::{SceneReport, agreement, choices, errors, fireflies, images, screens, strategies, tables, viewer};
 use crate::export::markup::Markup;
 use crate::export::notation::brief;
 use crate::fireflies::FireflyRecord;
 use crate::plot::{Figure, points};
 use crate::result::{AgreementRow, ChoiceRow, ExperimentResult, MethodResult, RatioRow, SequenceRow, SlopeRow};
+use integrators::Part;
 
 /// Nothing may be loaded: the page is whole as it is. No script may run but its own.
 const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src";
@@ -50,7 +51,7 @@ pub fn page(result: &ExperimentResult, scenes: &[SceneReport], integrals: Option
 /// All that is read and seen.
 fn body(result: &ExperimentResult, title: &str, scenes: &[SceneReport], integrals: Option<&Integrals>) -> Markup {
     let images = viewer::Images::of(result, scenes);
-    let shrink = images::shrink(result);
+    let (shrink, pyramid_shrink) = (images::shrink(result), strategies::shrink(result));
     let mut m = Markup::default();
     head(&mut m, result, title, scenes, integrals.is_some());
     m.element("main", &[], |m| {
@@ -58,7 +59,7 @@ fn body(result: &ExperimentResult, title: &str, scenes: &[SceneReport], integral
             integrals_section(m, integrals);
         }
         for (i, scene) in scenes.iter().enumerate() {
-            scene_section(m, result, scene, i, (&images, shrink));
+            scene_section(m, result, scene, i, (&images, shrink, pyramid_shrink));
         }
         repeat(m, result);
         explanations(m);
@@ -139,7 +140,7 @@ fn scene_section(
     result: &ExperimentResult,
     scene: &SceneReport,
     index: usize,
-    (images, shrink): (&viewer::Images, usize),
+    (images, shrink, pyramid_shrink): (&viewer::Images, usize, usize),
 ) {
     let rows: Vec<&AgreementRow> = result.agreement.iter().filter(|r| r.scene == scene.name).collect();
     let slopes: Vec<&SlopeRow> = result.slopes.iter().filter(|r| r.scene == scene.name).collect();
@@ -204,6 +205,9 @@ fn scene_section(
             m.line("h3", &[], "Convergence");
             m.element("div", &[("class", &"switched")], |m| {
                 grouped_figures(m, "order", &scene.convergence);
+                folded(m, "The same against seconds", |m| {
+                    grouped_figures(m, "order, against seconds", &scene.convergence_in_seconds)
+                });
                 folded(m, "The same, a figure for each method", |m| {
                     grouped_figures(m, "method", &scene.convergence_of_methods)
                 });
@@ -215,6 +219,14 @@ fn scene_section(
                     tables::slopes(m, &slopes, &scene.methods, columns)
                 });
             }
+        }
+        let apart = scene.methods.iter().filter(|method| has_strategies(method));
+        for (i, method) in apart.enumerate() {
+            if i == 0 {
+                m.line("h3", &[], "Strategies");
+                m.line("p", &[("class", &"note")], strategies::WORDS);
+            }
+            m.element("div", &[("class", &"figures pyramids")], |m| strategies::pyramids(m, method, pyramid_shrink));
         }
         if !rows.is_empty() {
             m.line("h3", &[], "Do the methods agree?");
@@ -229,6 +241,10 @@ fn scene_section(
         }
         scene_facts(m, result, scene);
     });
+}
+
+fn has_strategies(method: &MethodResult) -> bool {
+    method.measurement.parts.iter().any(|part| matches!(part, Part::Strategy { .. }))
 }
 
 /// What scrolls by itself where the page is narrow.

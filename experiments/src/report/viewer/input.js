@@ -20,6 +20,22 @@ Object.assign(Viewer.prototype, {
     new ResizeObserver(() => this.resize()).observe(canvas);
     const pictures = this.element.parentElement.querySelector(".pictures");
     pictures?.addEventListener("click", (event) => this.takePicture(event));
+    for (const figure of this.element.parentElement.querySelectorAll(".pyramids figure")) this.openPyramid(figure);
+  },
+
+  // Has the pictures of a pyramid bring their strategies onto the stage, as A.
+  openPyramid(figure) {
+    const method = this.images.methods.findIndex((m) => m.label === figure.dataset.method);
+    for (const tile of figure.querySelectorAll("[data-part]")) {
+      const column = this.images.columns.findIndex((k) => k.symbol === tile.dataset.part);
+      if (!this.images.has(method, column)) continue;
+      const button = make("button", { type: "button", title: tile.firstChild.alt }, tile.firstChild);
+      button.addEventListener("click", () => {
+        this.choose("a", { method, column });
+        this.stage.scrollIntoView({ block: "center" });
+      });
+      tile.replaceChildren(button);
+    }
   },
 
   resize() {
