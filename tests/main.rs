@@ -10,6 +10,7 @@ mod coverage;
 mod crops;
 mod determinism;
 mod distant_emitters;
+mod documentation;
 mod emitters;
 mod environment;
 mod false_alarms;
