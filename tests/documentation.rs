@@ -155,8 +155,10 @@ fn prepared(chapter: &Path, folder: &Path, arguments: Vec<String>) -> Vec<Vec<St
     }
     if said.starts_with("run docs/figures/caustic.toml") {
         // Parts of this image are enlarged, so that it keeps its size.
-        let less = ["--spp", "4", "--replicates", "4", "--set", "reference.spp=16", "--set", "reference.replicates=8"];
-        return vec![[arguments, less.map(str::to_owned).to_vec()].concat()];
+        let set = ["reference.spp=16", "reference.replicates=8", "convergence.size=[8, 8]"];
+        let set = set.iter().flat_map(|change| ["--set", change]);
+        let less = ["--spp", "4", "--replicates", "4"].into_iter().chain(set).map(str::to_owned).collect();
+        return vec![[arguments, less].concat()];
     }
     if let Some(at) = arguments.iter().position(|word| word == "--shard") {
         let count: usize = arguments[at + 1].split_once('/').unwrap().1.parse().unwrap();
