@@ -13,7 +13,7 @@
 //!    says a mirror. A GGX conductor of reflectance `Ks` and α = √(2 / (`Ns` + 2)), the width at which its highlight is as
 //!    sharp as Blinn's \[Walter07\].
 //! 4. **Matte**: Lambert of albedo `Kd`, or 0.5 where neither Kd nor Ks is stated. So is what exporters write of everything, Ks
-//!    of ½ beside any Kd as by Blender, or of 1 with an `Ns` of 0 as by MeshLab.
+//!    of ½ beside any Kd that is not black, as by Blender, or of 1 with an `Ns` of 0 as by MeshLab.
 //!
 //! Where both Kd and Ks are above 0, one is left out, and a note says so. Reflectances above 1 become 1, noted
 //! as well. `Ke` emits. The opacity is `d`, or 1 − `Tr` where there is no `d`; but a `Tr` of 1 is what MeshLab and others write of

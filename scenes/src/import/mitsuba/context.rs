@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::xml::{Element, Xml};
 use crate::error::SceneError;
 use crate::import::ledger::{Meshes, Missing, Names};
+use crate::import::obj::Model;
 use crate::import::translation::{Lines, MEMBER, NoteKind, Notes, Place, SHAPE, named_from};
 use crate::suggest::did_you_mean;
 
@@ -50,6 +51,8 @@ pub struct Context<'a> {
     pub notes: Notes,
     /// Meshes without a file.
     pub meshes: Meshes,
+    /// The OBJ whose parts are being written.
+    pub parted: Option<(PathBuf, Model)>,
     /// Files that are not there.
     missing: Missing,
     /// The materials written, by their element and by whether v runs the other way.
@@ -90,6 +93,7 @@ impl<'a> Context<'a> {
             emitters: Lines::default(),
             notes: Notes::default(),
             meshes: Meshes::new(stem),
+            parted: None,
             missing: Missing::default(),
             material_names: BTreeMap::new(),
             uv_textures: 0,

@@ -13,7 +13,7 @@ use super::{material, mesh, round, serialized, texture};
 use crate::builder::MeshData;
 use crate::error::SceneError;
 use crate::import::obj::{Group, Model};
-use crate::import::translation::{Lines, MEMBER, NoteKind, numbers, quoted};
+use crate::import::translation::{Lines, MEMBER, NoteKind, Place, numbers, quoted};
 
 /// A shape's geometry as it will be written.
 pub struct Form {
@@ -41,12 +41,18 @@ impl Form {
 /// Writes a shape.
 pub fn write<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<(), SceneError> {
     context.enter(element)?;
-    let parts = Plugin::new(element, context)?.named("bsdf");
-    if element.kind() == "obj" && element.version < 2 && parts.len() > 1 {
-        // Before Mitsuba 2 faces have the materials that are called as the file has them.
-        for part in parts {
-            write_one(element, Some(part), context)?;
+    let plugin = Plugin::new(element, context)?;
+    let named = plugin.named("bsdf");
+    if element.kind() == "obj" && element.version < 2 && named.len() > 1 {
+        // Before Mitsuba 2 faces have the materials that are called as the file has them, and others the one without a name.
+        let names: Vec<&str> = named.iter().map(|(name, _)| *name).collect();
+        for (name, bsdf) in &named {
+            write_one(element, Some(Part { faces: Faces::Of(name), bsdfs: vec![bsdf] }), context)?;
         }
+        let nameless = |bsdf: &&Element| !named.iter().any(|(_, other)| std::ptr::eq(*bsdf, *other));
+        let bsdfs = plugin.tagged("bsdf").into_iter().filter(nameless).collect();
+        write_one(element, Some(Part { faces: Faces::Others(&names), bsdfs }), context)?;
+        context.parted = None;
     } else {
         write_one(element, None, context)?;
     }
@@ -54,10 +60,25 @@ pub fn write<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<(), 
     Ok(())
 }
 
-/// Writes a shape, or of a file the faces with a material of this name alone, and with that material.
+/// Some faces of a file, and the material that they have, if any is given.
+struct Part<'a, 'n> {
+    faces: Faces<'n>,
+    bsdfs: Vec<&'a Element>,
+}
+
+/// Which faces of an OBJ are meant, by what the file calls their materials.
+#[derive(Clone, Copy)]
+enum Faces<'n> {
+    /// Those of one name.
+    Of(&'n str),
+    /// Those of none of these.
+    Others(&'n [&'n str]),
+}
+
+/// Writes a shape, or a part of it.
 fn write_one<'a>(
     element: &'a Element,
-    part: Option<(&'a str, &'a Element)>,
+    part: Option<Part<'a, '_>>,
     context: &mut Context<'a>,
 ) -> Result<(), SceneError> {
     let plugin = Plugin::new(element, context)?;
@@ -78,12 +99,12 @@ fn write_one<'a>(
     }
     let Some(to_world) = plugin.placement(context)? else { return Ok(()) };
     let flipped = plugin.boolean("flip_normals")?.unwrap_or(false);
-    let Some(form) = form(&plugin, to_world, part.map(|(name, _)| name), context)? else { return Ok(()) };
+    let Some(form) = form(&plugin, to_world, part.as_ref().map(|part| part.faces), context)? else { return Ok(()) };
     context.mapped(element, &format!("`{}`", form.kind));
     let emitters = plugin.tagged("emitter");
     let mut materials = plugin.tagged("bsdf");
-    if let Some((_, own)) = part {
-        materials = vec![own];
+    if let Some(part) = part {
+        materials = part.bsdfs;
     }
     for other in materials.iter().skip(1).chain(emitters.iter().skip(1)) {
         context.approximate(
@@ -232,7 +253,7 @@ fn written<'a>(group: &'a Element, context: &mut Context<'a>) -> Result<Option<S
 fn form<'a>(
     plugin: &Plugin<'a>,
     transform: DMat4,
-    only: Option<&str>,
+    only: Option<Faces>,
     context: &mut Context<'a>,
 ) -> Result<Option<Form>, SceneError> {
     let text = |vector: [f64; 3]| numbers(&vector);
@@ -256,12 +277,39 @@ fn form<'a>(
     }))
 }
 
+/// Some faces of an OBJ, and whether the file has smoothing groups; the file is read once for all of its parts.
+fn some_faces(
+    path: &Path,
+    faces: Faces,
+    place: &Place,
+    context: &mut Context,
+) -> Result<(Vec<MeshData>, bool), SceneError> {
+    let model = match context.parted.take() {
+        Some((read, model)) if read == path => model,
+        _ => Model::open_unsmoothed(path)?,
+    };
+    let is_meant = |group: &&Group| {
+        let name = model.appearances[group.appearance].0.as_str();
+        match faces {
+            Faces::Of(meant) => name == meant,
+            Faces::Others(named) => !named.contains(&name),
+        }
+    };
+    let meant: Vec<MeshData> = model.groups.iter().filter(is_meant).map(|group| group.mesh.clone()).collect();
+    if let (true, Faces::Of(name)) = (meant.is_empty(), faces) {
+        context.note(NoteKind::Ignored, place, format!("no faces of the file have the material `{name}`"));
+    }
+    let has_smoothing = model.has_smoothing;
+    context.parted = Some((path.to_owned(), model));
+    Ok((meant, has_smoothing))
+}
+
 /// A mesh of a file: the file itself if it can be, and what its loader makes of it otherwise.
-/// Of an OBJ it may be `only` the faces with the material of a name.
+/// Of an OBJ it may be `only` some faces.
 fn mesh_file<'a>(
     plugin: &Plugin<'a>,
     transform: DMat4,
-    only: Option<&str>,
+    only: Option<Faces>,
     context: &mut Context<'a>,
 ) -> Result<Option<Form>, SceneError> {
     let Some(name) = plugin.text("filename")? else {
@@ -290,13 +338,14 @@ fn mesh_file<'a>(
         return Ok(Some(ply(plugin, &path, flat, form, context)?));
     }
     let (data, has_normals, of_faces, nameable) = if is_obj {
-        let model = Model::open_unsmoothed(&path)?;
-        let Model { groups, appearances, has_smoothing, .. } = model;
-        let is_meant = |group: &Group| only.is_none_or(|name| appearances[group.appearance].0 == name);
-        let groups: Vec<MeshData> = groups.into_iter().filter(is_meant).map(|group| group.mesh).collect();
-        if groups.is_empty() {
-            let text = format!("no faces of the file have the material `{}`", only.unwrap_or_default());
-            context.note(NoteKind::Ignored, plugin.place(), text);
+        let (groups, has_smoothing) = match only {
+            Some(faces) => some_faces(&path, faces, plugin.place(), context)?,
+            None => {
+                let model = Model::open_unsmoothed(&path)?;
+                (model.groups.into_iter().map(|group| group.mesh).collect(), model.has_smoothing)
+            }
+        };
+        if only.is_some() && groups.is_empty() {
             return Ok(None);
         }
         let has_normals = groups.iter().any(|mesh| !mesh.normals.is_empty());

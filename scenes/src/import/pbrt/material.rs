@@ -221,6 +221,7 @@ fn relief(parameters: &Parameters, context: &mut Context) -> Result<Option<(&'st
         context.approximate(&place, away);
         let file = context.file_name(name, &place);
         let (scale, map) = ([1.0; 3], UvMap::IDENTITY);
+        context.uv_textures += 1;
         let ending = file.rsplit('.').next().unwrap_or("").to_lowercase();
         let encoding = (!matches!(ending.as_str(), "exr" | "hdr" | "pfm")).then_some("linear");
         return Ok(Some(("normal_map", Texture::Image { file, encoding, wrap: "repeat", scale, map })));

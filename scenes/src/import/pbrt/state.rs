@@ -44,6 +44,14 @@ pub struct Graphics {
     pub materials: Rc<SecondNames>,
 }
 
+impl Graphics {
+    /// What is named again from here on is so within attributes.
+    fn name_within(&mut self) {
+        self.textures = SecondNames::within(&self.textures);
+        self.materials = SecondNames::within(&self.materials);
+    }
+}
+
 /// What was begun.
 #[derive(PartialEq)]
 enum Frame {
@@ -259,10 +267,12 @@ impl<'c> State<'c> {
         if self.stack.len() >= MAX_DEPTH {
             return Err(place.error(format!("attributes are nested more than {MAX_DEPTH} deep"), "nest them less"));
         }
-        let outer = self.graphics.clone();
-        if frame != Frame::Transform {
-            self.graphics.textures = SecondNames::within(&outer.textures);
-            self.graphics.materials = SecondNames::within(&outer.materials);
+        let mut outer = self.graphics.clone();
+        if frame == Frame::Transform {
+            // Its names are those around it; what is kept twice would be copied at each new one.
+            (outer.textures, outer.materials) = Default::default();
+        } else {
+            self.graphics.name_within();
         }
         self.stack.push((frame, outer, place));
         Ok(())
@@ -318,6 +328,9 @@ impl<'c> State<'c> {
     fn include(&mut self, statement: &Statement) -> Result<(), SceneError> {
         let Some(path) = self.context.find(&statement.texts[0], &statement.place) else { return Ok(()) };
         let before = (statement.name == "Import").then(|| self.graphics.clone());
+        if before.is_some() {
+            self.graphics.name_within();
+        }
         self.file(&path, Some(&statement.place))?;
         if let Some(before) = before {
             self.graphics = before;

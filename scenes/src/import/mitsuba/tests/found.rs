@@ -43,6 +43,13 @@ fn old_meshes_have_a_material_for_each_name() {
     assert_eq!(old.text.matches("[[shapes]]").count(), 2);
     assert!(notes(&old, NoteKind::Approximated).is_empty(), "{:?}", old.notes);
     assert!(notes(&old, NoteKind::Ignored).contains(&"no faces of the file have the material `c`".to_string()));
+    // Faces that no name means have the material without one, or what Mitsuba takes where none is given.
+    let rest = made_by("0.6.0", &body(&["a", "c"]), &[("m.obj", mesh)]);
+    assert_eq!(rest.text.matches("[[shapes]]").count(), 2, "{}", rest.text);
+    let nameless = body(&["a", "c"]).replace("</shape>", "<bsdf type=\"dielectric\"/></shape>");
+    let rest = made_by("0.6.0", &nameless, &[("m.obj", mesh)]);
+    assert!(rest.text.matches("[[shapes]]").count() == 2 && rest.text.contains("\"dielectric\""), "{}", rest.text);
+    assert!(notes(&rest, NoteKind::Approximated).is_empty(), "{:?}", rest.notes);
     let new = made_by("3.0.0", &body(&["a", "b"]), &[("m.obj", mesh)]);
     assert_eq!(new.text.matches("[[shapes]]").count(), 1);
     // What an OBJ says of materials is nothing to who has one for it.
