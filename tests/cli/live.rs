@@ -7,11 +7,13 @@ use std::net::{TcpListener, TcpStream};
 
 /// A channel's pixels, row by row; `None` until they are sent.
 type Channel = Vec<Option<f32>>;
+/// An image's size, and its channels by name.
+type Image = ((usize, usize), BTreeMap<String, Channel>);
 
-/// What was sent: images by name, each with its size and its channels by name, and how often pixels came.
+/// What was sent: images by name, and how often pixels came.
 #[derive(Default)]
 struct Window {
-    images: BTreeMap<String, ((usize, usize), BTreeMap<String, Channel>)>,
+    images: BTreeMap<String, Image>,
     updates: usize,
 }
 

@@ -4,7 +4,8 @@
 //! `cosθ_x cosθ_y / (π |x − y|²)`; `C_00 / A_X` is the form factor from X to Y \[Cohen93, 4.1\]. Swapping X and Y transposes it, which
 //! is reciprocity.
 //!
-//! Triangles that are far from one another for their sizes are integrated over by a product of rules; others are divided, the larger first.
+//! Triangles that are far from one another for their sizes are integrated over by a product of rules. What is constant on others is coupled by
+//! Lambert's closed form, integrated over the smaller ([`polygon`]); of what is linear they are divided, the larger first.
 //! Where they touch that would go on for ever; after some divisions the inner integral is Lambert's closed form \[Lambert1760\] for
 //! the irradiance from a polygon, in which the kernel's pole is no more. What touches is halved in number by each division of an edge, so that
 //! the error of the last parts counts little.

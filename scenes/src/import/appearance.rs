@@ -6,14 +6,14 @@
 //! 1. **Glass**: `illum` 6 or 7 (refraction); or `illum` 4 or 9 (transparency) with an opacity < 1 or a `Tf` above 0;
 //!    or `d` < ½. A smooth dielectric of index `Ni` (1.5 where it is missing). `Ns` and `Tf` don't matter: a filter
 //!    other than white is noted.
-//! 2. **Mirror**: Ks > Kd with Kd < 0.05, and `illum` 5, or `Ns` ≥ 1000, or `illum` 3 or 8 without `Ns`. Reflectance
+//! 2. **Mirror**: what would be a metal, with Kd < 0.05, and `illum` 5, or `Ns` ≥ 1000, or `illum` 3 or 8 without `Ns`. Reflectance
 //!    `Ks`.
-//! 3. **Metal**: Ks > Kd and either Kd < 0.05, or `illum` 3, 5 or 8 (mirrors), or Kd + Ks > 1 with an `Ns` above 0: the two
+//! 3. **Metal**: Ks > Kd and either Kd < 0.05, or `illum` 3, 5 or 8 (mirrors), or Kd + Ks > 1 without an `Ns` of 0: the two
 //!    cannot both hold there, and the stronger does. Not with `illum` 0 or 1 (no highlights), nor with a `map_Kd` unless `illum`
 //!    says a mirror. A GGX conductor of reflectance `Ks` and α = √(2 / (`Ns` + 2)), the width at which its highlight is as
 //!    sharp as Blinn's \[Walter07\].
 //! 4. **Matte**: Lambert of albedo `Kd`, or 0.5 where neither Kd nor Ks is stated. So is what exporters write of everything, Ks
-//!    of ½ beside any Kd that is not black, as by Blender, or of 1 with an `Ns` of 0 as by MeshLab.
+//!    of ½ beside any Kd that is not black, as by Blender, or of 1 with an `Ns` of 0 beside such a Kd, as by MeshLab.
 //!
 //! Where both Kd and Ks are above 0, one is left out, and a note says so. Reflectances above 1 become 1, noted
 //! as well. `Ke` emits. The opacity is `d`, or 1 − `Tr` where there is no `d`; but a `Tr` of 1 is what MeshLab and others write of

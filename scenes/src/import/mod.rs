@@ -23,5 +23,12 @@ mod source;
 pub mod translation;
 pub mod viewpoint;
 
+/// Whether a transform leaves nothing of some direction, so that there is no way back.
+fn flattens(map: &glam::DMat4) -> bool {
+    let axes = glam::DMat3::from_mat4(*map);
+    let spread = axes.x_axis.length() * axes.y_axis.length() * axes.z_axis.length();
+    !spread.is_finite() || !axes.inverse().is_finite() || axes.determinant().abs() <= 1e-9 * spread
+}
+
 #[cfg(test)]
 mod tests;

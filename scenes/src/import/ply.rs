@@ -72,9 +72,11 @@ pub fn open(path: &Path) -> Result<Model, SceneError> {
 pub fn properties(start: &[u8]) -> [bool; 2] {
     let end = start.windows(10).position(|window| window == b"end_header").unwrap_or(start.len().min(65_536));
     let header = String::from_utf8_lossy(&start[..end]);
-    let names =
-        || header.lines().filter(|line| line.starts_with("property")).filter_map(|line| line.split_whitespace().last());
-    [&["nx"][..], &["u", "s", "texture_u", "texture_s"]].map(|any| names().any(|name| any.contains(&name)))
+    let of_vertices = header.lines().map(str::trim).skip_while(|line| !line.starts_with("element vertex")).skip(1);
+    let properties = of_vertices.take_while(|line| !line.starts_with("element"));
+    let names: Vec<&str> = properties.filter_map(|line| line.split_whitespace().last()).collect();
+    let has = |wanted: &[&str]| wanted.iter().all(|name| names.contains(name));
+    [has(&["nx"]), [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]].iter().any(|pair| has(pair))]
 }
 
 /// Opens a file as a whole scene, with what is to be told of it: what has colours is matte of these colours, the rest a matte grey.

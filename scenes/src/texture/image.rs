@@ -129,9 +129,11 @@ impl fmt::Debug for Image {
     }
 }
 
-/// Whether a file may be a TGA, which begins with no name: with or without a table of colours, and of a kind that there is.
+/// Whether a file may be a TGA, which begins with no name: of a kind that there is, with a table of colours where the kind needs one, and
+/// with a number of bits to a pixel that there is.
 fn is_targa(bytes: &[u8]) -> bool {
-    matches!(bytes, [_, 0 | 1, 1..=3 | 9..=11, ..])
+    let has_kind = matches!(bytes, [_, 1, 1 | 9, ..] | [_, 0 | 1, 2 | 3 | 10 | 11, ..]);
+    has_kind && bytes.get(16).is_some_and(|bits| [8, 15, 16, 24, 32].contains(bits))
 }
 
 impl Image {

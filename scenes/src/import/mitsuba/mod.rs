@@ -8,6 +8,7 @@
 mod bsdf;
 mod context;
 mod emitter;
+mod faces;
 mod index;
 mod material;
 pub(super) mod mesh;

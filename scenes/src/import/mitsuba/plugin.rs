@@ -131,7 +131,7 @@ impl<'a> Plugin<'a> {
     pub fn transform(&self, name: &str, context: &mut Context<'a>) -> Result<DMat4, SceneError> {
         let Some(part) = self.part(name) else { return Ok(DMat4::IDENTITY) };
         let map = transform::read(part, context)?;
-        if transform::flattens(&map) {
+        if crate::import::flattens(&map) {
             let mend = "let every direction keep some length";
             return Err(part.place.error("the transform flattens what it is applied to", mend));
         }
@@ -142,7 +142,7 @@ impl<'a> Plugin<'a> {
     pub fn placement(&self, context: &mut Context<'a>) -> Result<Option<DMat4>, SceneError> {
         let Some(part) = self.part("to_world") else { return Ok(Some(DMat4::IDENTITY)) };
         let map = transform::read(part, context)?;
-        if transform::flattens(&map) {
+        if crate::import::flattens(&map) {
             let text = format!("{} that its transform flattens is left out", self.element.title());
             context.approximate(self.place(), text);
             return Ok(None);

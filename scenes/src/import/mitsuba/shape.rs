@@ -5,15 +5,15 @@ use std::path::Path;
 use glam::{DMat3, DMat4};
 
 use super::context::Context;
+use super::faces::{self, Faces, Part};
 use super::plugin::Plugin;
 use super::spectrum::Quantity;
 use super::transform::steps;
 use super::xml::Element;
 use super::{material, mesh, round, serialized, texture};
-use crate::builder::MeshData;
 use crate::error::SceneError;
-use crate::import::obj::{Group, Model};
-use crate::import::translation::{Lines, MEMBER, NoteKind, Place, numbers, quoted};
+use crate::import::obj::Model;
+use crate::import::translation::{Lines, MEMBER, NoteKind, numbers, quoted};
 
 /// A shape's geometry as it will be written.
 pub struct Form {
@@ -58,21 +58,6 @@ pub fn write<'a>(element: &'a Element, context: &mut Context<'a>) -> Result<(), 
     }
     context.leave();
     Ok(())
-}
-
-/// Some faces of a file, and the material that they have, if any is given.
-struct Part<'a, 'n> {
-    faces: Faces<'n>,
-    bsdfs: Vec<&'a Element>,
-}
-
-/// Which faces of an OBJ are meant, by what the file calls their materials.
-#[derive(Clone, Copy)]
-enum Faces<'n> {
-    /// Those of one name.
-    Of(&'n str),
-    /// Those of none of these.
-    Others(&'n [&'n str]),
 }
 
 /// Writes a shape, or a part of it.
@@ -277,33 +262,6 @@ fn form<'a>(
     }))
 }
 
-/// Some faces of an OBJ, and whether the file has smoothing groups; the file is read once for all of its parts.
-fn some_faces(
-    path: &Path,
-    faces: Faces,
-    place: &Place,
-    context: &mut Context,
-) -> Result<(Vec<MeshData>, bool), SceneError> {
-    let model = match context.parted.take() {
-        Some((read, model)) if read == path => model,
-        _ => Model::open_unsmoothed(path)?,
-    };
-    let is_meant = |group: &&Group| {
-        let name = model.appearances[group.appearance].0.as_str();
-        match faces {
-            Faces::Of(meant) => name == meant,
-            Faces::Others(named) => !named.contains(&name),
-        }
-    };
-    let meant: Vec<MeshData> = model.groups.iter().filter(is_meant).map(|group| group.mesh.clone()).collect();
-    if let (true, Faces::Of(name)) = (meant.is_empty(), faces) {
-        context.note(NoteKind::Ignored, place, format!("no faces of the file have the material `{name}`"));
-    }
-    let has_smoothing = model.has_smoothing;
-    context.parted = Some((path.to_owned(), model));
-    Ok((meant, has_smoothing))
-}
-
 /// A mesh of a file: the file itself if it can be, and what its loader makes of it otherwise.
 /// Of an OBJ it may be `only` some faces.
 fn mesh_file<'a>(
@@ -339,7 +297,7 @@ fn mesh_file<'a>(
     }
     let (data, has_normals, of_faces, nameable) = if is_obj {
         let (groups, has_smoothing) = match only {
-            Some(faces) => some_faces(&path, faces, plugin.place(), context)?,
+            Some(faces) => faces::read(&path, faces, plugin.place(), context)?,
             None => {
                 let model = Model::open_unsmoothed(&path)?;
                 (model.groups.into_iter().map(|group| group.mesh).collect(), model.has_smoothing)

@@ -39,13 +39,6 @@ pub fn read(element: &Element, context: &mut Context) -> Result<DMat4, SceneErro
     Ok(whole)
 }
 
-/// Whether nothing is left of some direction.
-pub fn flattens(map: &DMat4) -> bool {
-    let axes = DMat3::from_mat4(*map);
-    let spread = axes.x_axis.length() * axes.y_axis.length() * axes.z_axis.length();
-    axes.determinant().abs() <= 1e-9 * spread
-}
-
 /// Where an animation begins.
 fn earliest(element: &Element, context: &mut Context) -> Result<DMat4, SceneError> {
     let mut first: Option<(f64, &Element)> = None;

@@ -198,7 +198,7 @@ impl<'c> State<'c> {
                 let name = self.graphics.materials.get(name).unwrap_or(name);
                 self.graphics.material = Material::Named(name.as_str().into(), place);
             }
-            "Camera" if transform::flattens(&self.graphics.map) => {
+            "Camera" if crate::import::flattens(&self.graphics.map) => {
                 return Err(place.error("the transform flattens the camera", "let every direction keep some length"));
             }
             "Camera" => {
@@ -404,7 +404,7 @@ impl<'c> State<'c> {
 
     /// Whether the transform leaves nothing of what stands here, which is told.
     fn is_flattened(&mut self, what: &str, place: &Place) -> bool {
-        let flattened = transform::flattens(&self.graphics.map);
+        let flattened = crate::import::flattens(&self.graphics.map);
         if flattened {
             self.context.approximate(place, format!("{what} that its transform flattens is left out"));
         }

@@ -39,13 +39,6 @@ pub fn check(map: &DMat4, statement: &Statement) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Whether nothing is left of some direction, so that there is no way back.
-pub fn flattens(map: &DMat4) -> bool {
-    let axes = DMat3::from_mat4(*map);
-    let spread = axes.x_axis.length() * axes.y_axis.length() * axes.z_axis.length();
-    !spread.is_finite() || !axes.inverse().is_finite() || axes.determinant().abs() <= 1e-9 * spread
-}
-
 /// From the world to who stands at the first point and looks at the second: x to the right of a left-handed world, y up, z ahead.
 fn look_at(statement: &Statement) -> Result<DMat4, SceneError> {
     let n = &statement.numbers;
