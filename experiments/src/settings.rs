@@ -145,11 +145,12 @@ fn insert(table: &mut toml::Table, path: &[String], value: &toml::Value) -> Resu
     }
 }
 
-/// A TOML value as JSON; dates become strings.
+/// A TOML value as JSON; dates become strings, as do numbers that JSON does not know, so that whoever reads them names them.
 pub fn json(value: &toml::Value) -> Value {
     match value {
         toml::Value::String(s) => Value::from(s.as_str()),
         toml::Value::Integer(i) => Value::from(*i),
+        toml::Value::Float(f) if !f.is_finite() => Value::from(f.to_string()),
         toml::Value::Float(f) => Value::from(*f),
         toml::Value::Boolean(b) => Value::from(*b),
         toml::Value::Datetime(d) => Value::from(d.to_string()),
@@ -194,6 +195,7 @@ mod tests {
         assert_eq!(set("on=true").value, toml::Value::Boolean(true));
         assert_eq!(set("s=\"a b\"").value, toml::Value::String("a b".into()));
         assert_eq!(set("s=1\nv2=2").value, toml::Value::String("1\nv2=2".into()));
+        assert_eq!([set("x=nan"), set("x=-inf")].map(|set| super::json(&set.value)), ["NaN", "-inf"]);
     }
 
     #[test]
