@@ -180,7 +180,8 @@ fn converging(
     });
     let x = |c: &Checkpoint| match against {
         Against::Samples => f64::from(c.samples),
-        // Those that the slope is fitted to: without the first, which warms up.
+        // Those that the slope is fitted to: without the first, which warms up, where there are more.
+        Against::Seconds if c.replicate_seconds.is_empty() => c.seconds,
         Against::Seconds => c.replicate_seconds.iter().sum::<f64>() / c.replicate_seconds.len() as f64,
     };
     Series {

@@ -181,8 +181,13 @@ fn is_lit(meshes: &[&MeshData], origin: DVec3, emits: bool) -> bool {
         let d = DVec3::new((1.0 - z * z).sqrt() * cos, (1.0 - z * z).sqrt() * sin, z);
         let corners =
             meshes.iter().flat_map(|mesh| mesh.triangles.iter().map(|t| t.map(|i| mesh.positions[i as usize])));
-        let nearest = corners.filter_map(|corners| meeting(origin, d, corners)).min_by(|a, b| a.0.total_cmp(&b.0));
-        if emits { nearest.is_some_and(|(_, front)| front) } else { nearest.is_none() }
+        let mut met = corners.filter_map(|corners| meeting(origin, d, corners));
+        // Where the environment alone shines, whatever is met is in its way.
+        if emits {
+            met.min_by(|a, b| a.0.total_cmp(&b.0)).is_some_and(|(_, front)| front)
+        } else {
+            met.next().is_none()
+        }
     };
     (0..DIRECTIONS).into_par_iter().any(lit)
 }
