@@ -5,8 +5,8 @@ use crate::config::Experiment;
 use crate::fireflies::FireflyRecord;
 use crate::observations::{Intervals, Judged};
 use crate::reference::Truth;
-use crate::statistics::Estimate;
 use crate::statistics::slopes::Line;
+use crate::statistics::{Estimate, positive};
 use integrators::{Bias, Layer, Measurement};
 use sampling::sampler::SamplerKind;
 use serde::{Deserialize, Serialize};
@@ -109,6 +109,23 @@ impl MethodResult {
             Some(bias) => format!("{} ({bias})", self.label),
             None => self.label.clone(),
         }
+    }
+
+    /// The seconds of the replicates that squared deviations are noted of, and those deviations, layer by layer, their sum last.
+    fn noted(&self) -> Option<(&[Vec<f64>], &[f64])> {
+        Some((&self.intervals.as_ref()?.squares, self.measurement.replicate_seconds.get(1..)?))
+    }
+
+    /// Its efficiency over another's for the sum of all layers, or for one by its place in each; `None` where the two have other
+    /// numbers of replicates, or what their intervals rest on was not noted.
+    pub fn efficiency_over(&self, other: &Self, places: Option<(usize, usize)>) -> Option<Estimate> {
+        let ((own, own_seconds), (others, others_seconds)) = (self.noted()?, other.noted()?);
+        let (a, b) = match places {
+            Some((a, b)) => (own.get(a)?, others.get(b)?),
+            None => (own.last()?, others.last()?),
+        };
+        let noted = [a.len(), own_seconds.len(), others_seconds.len()].iter().all(|&n| n == b.len());
+        noted.then(|| positive::efficiency_ratio((a, own_seconds), (b, others_seconds), 5))
     }
 }
 

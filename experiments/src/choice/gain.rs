@@ -2,8 +2,6 @@
 
 use crate::plan::Plan;
 use crate::result::{ChoiceRow, MethodResult};
-use crate::statistics::Estimate;
-use crate::statistics::positive::efficiency_ratio;
 use integrators::Bias;
 
 /// Every composite whose runs were chosen, against the best of the experiment's other methods that carry all of the light and are not biased.
@@ -20,7 +18,7 @@ pub fn gains(plan: &Plan, results: &[MethodResult]) -> Vec<ChoiceRow> {
                 scene: scene.name.clone(),
                 label: label.clone(),
                 choice: chosen.choice.clone(),
-                gain: best.and_then(|best| Some((best.label.clone(), ratio(own, best)?))),
+                gain: best.and_then(|best| Some((best.label.clone(), own.efficiency_over(best, None)?))),
                 variances: chosen.choice.runs.iter().map(|run| variance(own, &run.layers)).collect(),
             });
         }
@@ -42,15 +40,6 @@ fn is_rival(result: &MethodResult, own: &MethodResult) -> bool {
 fn efficiency(result: &MethodResult) -> f64 {
     let of_sum = result.intervals.as_ref().and_then(|known| known.efficiency.last());
     of_sum.map(|estimate| estimate.value).filter(|value| value.is_finite()).unwrap_or(0.0)
-}
-
-fn ratio(own: &MethodResult, other: &MethodResult) -> Option<Estimate> {
-    let of_sum = |result: &MethodResult| {
-        let squares = result.intervals.as_ref()?.squares.last()?.clone();
-        Some((squares, result.measurement.replicate_seconds.get(1..)?.to_vec()))
-    };
-    let (a, b) = (of_sum(own)?, of_sum(other)?);
-    Some(efficiency_ratio((&a.0, &a.1), (&b.0, &b.1), 5))
 }
 
 /// The variance of one sample of the sum of some layers, image and channel mean.

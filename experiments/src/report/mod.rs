@@ -106,6 +106,7 @@ mod tests {
     use super::*;
     use crate::export::testing::measurement;
     use crate::fireflies::FireflyRecord;
+    use crate::observations::Intervals;
     use crate::result::{
         AgreementRow, Checkpoint, Machine, Manifest, MethodRecord, Program, RatioRow, SceneRecord, SlopeRow, Verdict,
     };
@@ -302,6 +303,25 @@ mod tests {
         let scenes = scenes(&result);
         assert!(scenes[0].numbers.rows.iter().flatten().flatten().all(|row| row.efficiency.is_none()));
         assert!(page::page(&result, &scenes, None).contains("</html>"));
+    }
+
+    /// With the squares of the sum of eight replicates after the first, times some factor.
+    fn noted(times: f64) -> MethodResult {
+        let mut method = result("room", 9).methods.remove(1);
+        let squares = (0..8).map(|i| times * (1.0 + 0.1 * (f64::from(i) + times).sin())).collect();
+        let (variance, efficiency, covariance) = (Vec::new(), Vec::new(), Vec::new());
+        method.intervals = Some(Intervals { variance, efficiency, covariance, squares: vec![squares] });
+        method.measurement.replicate_seconds = vec![0.5; 9];
+        method
+    }
+
+    #[test]
+    fn a_quarter_of_the_variance_in_the_same_time_is_four_times_the_efficiency() {
+        let ratio = noted(1.0).efficiency_over(&noted(4.0), None).expect("all is noted");
+        let (low, high) = ratio.interval.expect("nine replicates");
+        assert!((3.0..4.0).contains(&low) && (4.0..5.0).contains(&high), "{ratio:?}");
+        assert!(low < ratio.value && ratio.value < high, "{ratio:?}");
+        assert!(noted(1.0).efficiency_over(&result("room", 2).methods[1], None).is_none());
     }
 
     #[test]

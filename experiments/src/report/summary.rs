@@ -6,10 +6,11 @@ use super::{choices, errors};
 use crate::export::notation::{brief, enumerated, listed, symbol};
 use crate::plot::two_digits;
 use crate::result::{AgreementRow, ExperimentResult, MethodResult, RatioRow, SlopeRow, Verdict};
+use crate::statistics::Interval;
 use integrators::Layer;
 use sampling::tail::Variance;
 
-/// Efficiencies closer than this factor are not ranked.
+/// Efficiencies closer than this factor are not ranked where no interval is known.
 const AHEAD: f64 = 1.1;
 /// Differences named one by one; the table has the rest.
 const MAX_NAMED: usize = 4;
@@ -86,43 +87,58 @@ fn tails(method: &MethodResult) -> Option<Sentence> {
     })
 }
 
+/// A method that is the most efficient at some orders.
+struct Leader {
+    method: usize,
+    columns: Vec<usize>,
+    /// The least and the most that it is ahead of the next best by.
+    factors: Interval,
+    /// What their 95 % intervals span, where all are known.
+    intervals: Option<Interval>,
+}
+
+fn hull(a: Interval, b: Interval) -> Interval {
+    (a.0.min(b.0), a.1.max(b.1))
+}
+
 /// One sentence for the sum, then one for every method that leads at some orders, then those where none does.
 fn efficiency(methods: &[&MethodResult], numbers: &Numbers) -> Vec<String> {
     let label = |i: usize| brief(&methods[i].label);
     let name = |column: usize| symbol(numbers.columns[column]);
     let mut sentences = Vec::new();
-    let mut leads: Vec<(usize, Vec<usize>, (f64, f64))> = Vec::new();
+    let mut leaders: Vec<Leader> = Vec::new();
     let mut level: Vec<usize> = Vec::new();
-    for (column, layer) in numbers.columns.iter().enumerate() {
+    for (column, &layer) in numbers.columns.iter().enumerate() {
         let ranking = numbers.ranking(column);
-        let [(best, first), (_, second), ..] = ranking[..] else { continue };
+        let [(best, first), (next, second), ..] = ranking[..] else { continue };
         if first.is_infinite() {
             continue;
         }
-        let lead = first / second;
+        let (lead, interval) = (first / second, lead_interval(methods, best, next, layer));
         if layer.is_none() {
-            sentences.push(overall(&ranking, lead, label));
-        } else if lead < AHEAD {
+            sentences.push(overall(methods, &ranking));
+        } else if !is_ahead(lead, interval) {
             level.push(column);
-        } else if let Some((_, columns, range)) = leads.iter_mut().find(|l| l.0 == best) {
-            columns.push(column);
-            *range = (range.0.min(lead), range.1.max(lead));
+        } else if let Some(leader) = leaders.iter_mut().find(|leader| leader.method == best) {
+            leader.columns.push(column);
+            leader.factors = hull(leader.factors, (lead, lead));
+            leader.intervals = leader.intervals.zip(interval).map(|(all, one)| hull(all, one));
         } else {
-            leads.push((best, vec![column], (lead, lead)));
+            leaders.push(Leader { method: best, columns: vec![column], factors: (lead, lead), intervals: interval });
         }
     }
-    for (best, columns, (least, most)) in leads {
+    for Leader { method, columns, factors: (least, most), intervals } in leaders {
         let by = match (factor(least), factor(most)) {
             (least, most) if least == most => least,
             (least, most) => format!("{least} to {most}"),
         };
-        let orders = listed(&columns, name);
+        let (orders, sure) = (listed(&columns, name), within(intervals));
+        let best = label(method);
         sentences
-            .push(format!("{} has the highest efficiency at {orders}, {by} times that of the next best.", label(best)));
+            .push(format!("{best} has the highest efficiency at {orders}, {by} times that of the next best{sure}."));
     }
     if !level.is_empty() {
-        let orders = listed(&level, name);
-        sentences.push(format!("At {orders} no method is ahead of the next best by a factor of {AHEAD} or more."));
+        sentences.push(format!("At {} no method is clearly ahead of the next best.", listed(&level, name)));
     }
     let exact = numbers.columns.iter().enumerate().filter_map(|(column, &layer)| {
         let exact = (0..methods.len()).filter(|&i| numbers.rows[i][column].is_some_and(|r| r.exact));
@@ -136,15 +152,41 @@ fn efficiency(methods: &[&MethodResult], numbers: &Numbers) -> Vec<String> {
     sentences
 }
 
-fn overall(ranking: &[(usize, f64)], lead: f64, label: impl Fn(usize) -> String) -> String {
-    let others =
-        ranking[1..].iter().map(|&(i, e)| format!("{} times as much as {}", factor(ranking[0].1 / e), label(i)));
-    let others = enumerated(others.collect());
-    if lead < AHEAD {
-        let (first, second) = (label(ranking[0].0), label(ranking[1].0));
-        return format!("For the sum of all orders, {first} and {second} are about equally efficient.");
+/// The interval of one method's efficiency over another's.
+fn lead_interval(methods: &[&MethodResult], best: usize, next: usize, layer: Option<Layer>) -> Option<Interval> {
+    let place = |i: usize| methods[i].measurement.layers.iter().position(|&l| Some(l) == layer);
+    let places = layer.map(|_| Some((place(best)?, place(next)?)));
+    if places == Some(None) {
+        return None;
     }
-    format!("For the sum of all orders, {} is the most efficient, {others}.", label(ranking[0].0))
+    methods[best].efficiency_over(methods[next], places.flatten())?.interval
+}
+
+/// Whether a lead is more than chance: by its interval, or by a good measure where there is none.
+fn is_ahead(lead: f64, interval: Option<Interval>) -> bool {
+    interval.map_or(lead >= AHEAD, |(low, _)| low > 1.0)
+}
+
+/// How sure a factor is, in brackets.
+fn within(interval: Option<Interval>) -> String {
+    interval.map_or(String::new(), |(low, high)| format!(" (95 %: {low:.2} to {high:.2})"))
+}
+
+fn overall(methods: &[&MethodResult], ranking: &[(usize, f64)]) -> String {
+    let label = |i: usize| brief(&methods[i].label);
+    let (best, first) = ranking[0];
+    let over = |&(i, efficiency): &(usize, f64)| (i, first / efficiency, lead_interval(methods, best, i, None));
+    let others: Vec<_> = ranking[1..].iter().map(over).collect();
+    let (next, lead, interval) = others[0];
+    if !is_ahead(lead, interval) {
+        let (first, second, sure) = (label(best), label(next), within(interval));
+        return format!("For the sum of all orders, {first} and {second} are about equally efficient{sure}.");
+    }
+    let words = |&(i, by, sure): &(usize, f64, Option<Interval>)| {
+        format!("{} times{} as much as {}", factor(by), within(sure), label(i))
+    };
+    let others = enumerated(others.iter().map(words).collect());
+    format!("For the sum of all orders, {} is the most efficient, {others}.", label(best))
 }
 
 fn agreement(rows: &[&AgreementRow]) -> Vec<Sentence> {
@@ -258,6 +300,14 @@ fn missing(methods: &[&MethodResult]) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_lead_counts_where_its_interval_lies_above_one() {
+        assert!(is_ahead(1.02, Some((1.01, 1.03))) && !is_ahead(1.5, Some((0.9, 2.5))));
+        assert!(is_ahead(1.2, None) && !is_ahead(1.05, None));
+        assert_eq!(within(Some((1.004, 1.036))), " (95 %: 1.00 to 1.04)");
+        assert_eq!(within(None), "");
+    }
 
     #[test]
     fn a_difference_is_a_warning_that_names_who_and_where() {
