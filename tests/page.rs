@@ -5,6 +5,7 @@
 use crate::cli::succeed;
 use browser::Browser;
 use integrators::Methods;
+use neumann::machine::Began;
 use neumann::manifest::manifest;
 use neumann::plan::Plan;
 use neumann::progress::Verbosity;
@@ -16,7 +17,6 @@ use neumann::states::States;
 use neumann::stop::Stop;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
 use tempfile::TempDir;
 
 mod browser;
@@ -192,7 +192,7 @@ fn named(name: &str) -> ExperimentResult {
     let source = Source::known("named", None, EXPERIMENT);
     let mut plan = Plan::new(&source, source.parse().unwrap(), &Methods::standard()).unwrap();
     let outcome = runner::run(&mut plan, &mut States::none(), Verbosity::Quiet, &Stop::never()).unwrap();
-    let mut manifest = manifest(&plan, outcome.renders, 1, SystemTime::now(), true);
+    let mut manifest = manifest(&plan, outcome.renders, 1, Began::now(), true);
     let mut experiment = plan.experiment.clone();
     [experiment.title, experiment.description] = [name.to_owned(), name.to_owned()];
     let mut methods = outcome.methods;

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::result::Machine;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 /// The program's version, with a hash of its sources.
 pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("NEUMANN_BUILD"));
@@ -36,6 +36,26 @@ pub fn require_memory(needed: u128, what: &str) -> Result<(), Error> {
         gigabytes(needed),
         gigabytes(u128::from(available)),
     )))
+}
+
+/// When something began, by the calendar and by a clock that is never set.
+#[derive(Clone, Copy, Debug)]
+pub struct Began {
+    calendar: SystemTime,
+    clock: Instant,
+}
+
+impl Began {
+    /// Begins now.
+    pub fn now() -> Self {
+        Self { calendar: SystemTime::now(), clock: Instant::now() }
+    }
+
+    /// The time of its beginning, the time now as if the calendar had not been set since, and the seconds between the two.
+    pub fn until_now(self) -> (String, String, f64) {
+        let passed = self.clock.elapsed();
+        (timestamp(self.calendar), timestamp(self.calendar + passed), passed.as_secs_f64())
+    }
 }
 
 /// Time in UTC, as `2026-01-31T12:00:00Z`.
@@ -78,6 +98,14 @@ fn field_of(file: &str, key: &str) -> Option<String> {
 mod tests {
     use super::*;
     use std::time::Duration;
+
+    #[test]
+    fn what_began_under_another_date_ends_after_it() {
+        // The calendar was set back by a day since.
+        let calendar = SystemTime::now() + Duration::from_secs(86_400);
+        let (started, ended, seconds) = Began { calendar, clock: Instant::now() }.until_now();
+        assert!(started <= ended && (0.0..60.0).contains(&seconds), "{started} {ended} {seconds}");
+    }
 
     #[test]
     fn dates_are_gregorian() {

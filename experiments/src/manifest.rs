@@ -2,7 +2,7 @@
 
 use crate::config::Experiment;
 use crate::export::{ExportError, write_atomically};
-use crate::machine::{VERSION, machine, timestamp};
+use crate::machine::{Began, VERSION, machine};
 use crate::path_class;
 use crate::plan::{Plan, PlannedMethod, PlannedScene};
 use crate::program::program;
@@ -10,7 +10,6 @@ use crate::result::{Manifest, MethodRecord, RenderRecord, SceneRecord};
 use crate::runner::reference_hash;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-use std::time::SystemTime;
 
 /// The manifest's file.
 pub const MANIFEST: &str = "manifest.json";
@@ -26,14 +25,8 @@ pub struct StoredManifest {
 }
 
 /// The manifest of a run that ends now, and has rendered this.
-pub fn manifest(
-    plan: &Plan,
-    renders: Vec<RenderRecord>,
-    threads: usize,
-    started: SystemTime,
-    complete: bool,
-) -> Manifest {
-    let ended = SystemTime::now();
+pub fn manifest(plan: &Plan, renders: Vec<RenderRecord>, threads: usize, began: Began, complete: bool) -> Manifest {
+    let (started, ended, seconds) = began.until_now();
     let scene = |(i, s): (usize, &PlannedScene)| SceneRecord {
         name: s.name.clone(),
         source: s.source.clone(),
@@ -67,9 +60,9 @@ pub fn manifest(
         renders,
         machine: machine(threads),
         shards: Vec::new(),
-        started: timestamp(started),
-        ended: timestamp(ended),
-        seconds: ended.duration_since(started).map_or(0.0, |d| d.as_secs_f64()),
+        started,
+        ended,
+        seconds,
         complete,
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::cli::{MergeArgs, RunArgs};
 use crate::error::{Error, Status};
+use crate::machine::Began;
 use crate::output::Folder;
 use crate::plan::Plan;
 use crate::progress::{Verbosity, while_loading};
@@ -11,14 +12,13 @@ use crate::states::States;
 use crate::stop::Stop;
 use crate::{budget, manifest, run_command, runner};
 use integrators::Methods;
-use std::time::SystemTime;
 
 /// Writes the results of a plan's shards, or says what is wrong with them.
 ///
 /// # Errors
 /// If there is no plan, or it is not this program's, or results cannot be written.
 pub fn merge(args: &MergeArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
-    let started = SystemTime::now();
+    let began = Began::now();
     let path = &args.dir;
     let divided = ShardPlan::read(path)?;
     let pool = budget::pool(args.threads)?;
@@ -43,7 +43,7 @@ pub fn merge(args: &MergeArgs, methods: &Methods, verbosity: Verbosity, stop: &S
         return Ok(Status::Interrupted(signal));
     }
     let renders = std::mem::take(&mut outcome.renders);
-    let mut manifest = manifest::manifest(&plan, renders, threads, started, true);
+    let mut manifest = manifest::manifest(&plan, renders, threads, began, true);
     manifest.shards = origins;
     let result = run_command::compared(&plan, outcome, manifest)?;
     run_command::write_all(&mut folder, &result)?;

@@ -8,6 +8,7 @@ use crate::export::png::write_contact_sheet;
 use crate::export::pyramid;
 use crate::export::write_atomically;
 use crate::live::{Display, Live};
+use crate::machine::Began;
 use crate::manifest::MANIFEST;
 use crate::output::Folder;
 use crate::plan::Plan;
@@ -24,7 +25,6 @@ use crate::{
 };
 use integrators::{Methods, Part};
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
 pub(crate) use words::tell;
 
 mod words;
@@ -37,7 +37,7 @@ pub fn run(args: &RunArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop)
     if let Some(shard) = args.shard {
         return shard_command::run(args, shard, methods, verbosity, stop);
     }
-    let started = SystemTime::now();
+    let began = Began::now();
     let (source, experiment) = open(&args.experiment, &args.changes)?;
     let mut plan = while_loading(verbosity, || Plan::new(&source, experiment, methods))?;
     let live = args.live.as_ref().map(|address| Live::open(address.as_deref())).transpose()?;
@@ -52,7 +52,7 @@ pub fn run(args: &RunArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop)
     if args.fresh {
         states.clear()?;
     }
-    states.begin(&manifest::manifest(&plan, Vec::new(), threads, started, false))?;
+    states.begin(&manifest::manifest(&plan, Vec::new(), threads, began, false))?;
     let mut outcome = pool.install(|| {
         runner::compose(&mut plan, methods, &mut states, verbosity, stop)?;
         runner::run(&mut plan, &mut states, Display { verbosity, live }, stop)
@@ -67,7 +67,7 @@ pub fn run(args: &RunArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop)
     }
     let complete = stop.signal().is_none();
     let renders = std::mem::take(&mut outcome.renders);
-    let result = compared(&plan, outcome, manifest::manifest(&plan, renders, threads, started, complete))?;
+    let result = compared(&plan, outcome, manifest::manifest(&plan, renders, threads, began, complete))?;
     write_all(&mut folder, &result).map_err(|error| {
         let kept = path.join(states::FOLDER);
         Error::usage(format!(

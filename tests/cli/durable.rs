@@ -258,3 +258,24 @@ fn damaged_states_are_rendered_anew() {
     assert!(outcome(&path) == before);
     assert!(!files(&path).iter().any(|(name, _)| name.ends_with(".damaged")));
 }
+
+#[test]
+fn a_clock_that_went_back_changes_nothing() {
+    let folder = folder_with(&[("plain.toml", PLAIN)]);
+    let [whole, late] = ["whole", "late"].map(|name| folder.path().join(name));
+    succeed(folder.path(), &[&RUN[..], &["--out", "whole"]].concat());
+    let mut child = start(folder.path(), &[&RUN[..], &["--out", "late"]].concat());
+    after_saves(&mut child, &late, 2, Duration::ZERO);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    // Whatever was written then, the lock of the run that was killed included, is of next year now.
+    let next_year = std::time::SystemTime::now() + Duration::from_secs(365 * 86_400);
+    let mut written = 0;
+    for (name, _) in files(&late).iter().filter(|(name, _)| !name.ends_with('/')) {
+        std::fs::File::options().append(true).open(late.join(name)).unwrap().set_modified(next_year).unwrap();
+        written += 1;
+    }
+    assert!(written > 1);
+    succeed(folder.path(), &[&RUN[..], &["--out", "late"]].concat());
+    assert!(resumed(&late) > 0 && outcome(&late) == outcome(&whole));
+}
