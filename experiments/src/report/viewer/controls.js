@@ -78,10 +78,11 @@ function buildReadout(viewer) {
 
 function buildStrip(viewer) {
   viewer.stripBox = make("div", { class: "strip", tabindex: 0, role: "group", "aria-label": `Orders in ${viewer.images.scene} and their running sums` });
+  // Some way before it is seen: an empty box at a fraction of a pixel outside the window is not in it.
   new IntersectionObserver((entries) => {
     viewer.stripSeen = entries.at(-1).isIntersecting;
     if (viewer.stripSeen) viewer.strip();
-  }).observe(viewer.stripBox);
+  }, { rootMargin: "200px" }).observe(viewer.stripBox);
   return make("div", { class: "series" }, viewer.stripBox);
 }
 
