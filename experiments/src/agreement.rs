@@ -239,17 +239,17 @@ fn block_tests(a: &Measured, b: &Measured, rounding: f64) -> Vec<Welch> {
 }
 
 /// Variance divided by mean, over all blocks: were all contributions of a method of this size, and so many of them in a block
-/// as chance will have it, a block of mean m would have the variance m · size.
+/// as chance will have it, a block of mean m would have the variance |m| · size. (Negative lobes of a filter make means below zero.)
 fn contribution_size(blocks: &[Sample]) -> f64 {
     let variance: f64 = blocks.iter().map(|block| block.variance).sum();
-    let mean: f64 = blocks.iter().map(|block| block.mean).sum();
+    let mean: f64 = blocks.iter().map(|block| block.mean.abs()).sum();
     if variance > 0.0 { variance / mean } else { 0.0 }
 }
 
-/// The mean of both, each weighted by its precision.
+/// The magnitude of the mean of both, each weighted by its precision.
 fn combined_mean(a: f64, size_a: f64, b: f64, size_b: f64) -> f64 {
     let sum = size_a + size_b;
-    if sum > 0.0 { (a * size_b + b * size_a) / sum } else { (a + b) / 2.0 }
+    if sum > 0.0 { (a * size_b + b * size_a).abs() / sum } else { (a + b).abs() / 2.0 }
 }
 
 #[cfg(test)]
