@@ -16,6 +16,7 @@ mod environment;
 mod false_alarms;
 mod faults;
 mod gltf;
+mod guided;
 mod instances;
 mod irradiance;
 mod judged;

@@ -269,5 +269,5 @@ fn what_cannot_be_is_refused_with_the_mend() {
         samples: 1,
     };
     let request = Request::new(Orders::up_to(2), false);
-    assert!(!method("mmlt").replay(&scene, &request, replicate, (0, 0), 0, &mut |_| {}));
+    assert!(!method("mmlt").begin(&scene, &request, replicate).replay((0, 0), 0, &mut |_| {}));
 }

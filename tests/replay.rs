@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 /// Every method, and what of `bdpt` draws numbers of its own.
 fn methods() -> Vec<Box<dyn Integrator>> {
-    let settings: [(&str, Value); 12] = [
+    let settings: [(&str, Value); 13] = [
         ("direct", json!({})),
         ("path", json!({})),
         ("light", json!({})),
@@ -22,6 +22,7 @@ fn methods() -> Vec<Box<dyn Integrator>> {
         ("bdpt", json!({"connections": "roulette", "roulette": "throughput"})),
         ("path", json!({"strategy": "bsdf"})),
         ("path", json!({"strategy": "emitter"})),
+        ("guided", json!({})),
         ("local", json!({})),
         ("whitted", json!({})),
         ("vcm", json!({"radius": 0.1})),
@@ -107,7 +108,7 @@ fn the_largest_contributions_are_traced_again_to_the_bit() {
                             found |= c.technique == firefly.technique && same;
                         }
                     };
-                    assert!(method.replay(scene, &request, replicate, firefly.pixel, firefly.sample, &mut show));
+                    assert!(method.begin(scene, &request, replicate).replay(firefly.pixel, firefly.sample, &mut show));
                     assert!(found, "{} in {}: {firefly:?}", method.name(), scene.name);
                     count += 1;
                 }

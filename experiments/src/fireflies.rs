@@ -47,7 +47,8 @@ pub fn records(
     let m = &result.measurement;
     let settings = RenderSettings { samples_per_replicate: m.samples_per_replicate, ..plan.render_settings(planned) };
     let retracing = Retracing::new(&scene.scene, &*planned.method, &settings)?;
-    let mut records = Vec::new();
+    let all: Vec<&Firefly> = m.fireflies.layers().iter().flatten().collect();
+    let (mut paths, mut records) = (retracing.find(&all)?.into_iter(), Vec::with_capacity(all.len()));
     for (index, (layer, found)) in m.layers.iter().zip(m.fireflies.layers()).enumerate() {
         let mean = m.image_mean(index).iter().sum::<f64>() / 3.0;
         let all = mean * m.pixels() as f64 * m.samples() as f64;
@@ -63,7 +64,7 @@ pub fn records(
                 pixel: firefly.pixel,
                 sample: firefly.sample,
                 replay: command(plan, scene, planned, &settings, firefly),
-                path: retracing.find(firefly)?,
+                path: paths.next().flatten(),
             });
         }
     }

@@ -3,7 +3,7 @@
 use crate::error::Error;
 use integrators::contribution::{Contribution, PathView, Technique};
 use integrators::lpe::Example;
-use integrators::method::Replicate;
+use integrators::method::{Pass, Replicate};
 use integrators::trail;
 use integrators::vertex::{PathVertex, Site};
 use integrators::{Firefly, Integrator, RenderSettings, Request};
@@ -90,18 +90,26 @@ impl<'a> Retracing<'a> {
     /// # Errors
     /// If there is no such sample, or the method has none that stands alone.
     pub fn sample(&self, place: Place) -> Result<Vec<Shown>, Error> {
-        self.check(place)?;
+        self.sample_of(&mut *self.begin(place.replicate), place)
+    }
+
+    /// Begins a replicate.
+    fn begin(&self, number: u32) -> Box<dyn Pass + '_> {
         let RenderSettings { seed, instance, role, sampler, samples_per_replicate, .. } = self.settings;
-        let key = StreamKey::new(*seed, instance, *role, place.replicate);
-        let (number, samples) = (place.replicate, *samples_per_replicate);
-        let replicate = Replicate { number, key, sampler: *sampler, samples };
+        let key = StreamKey::new(*seed, instance, *role, number);
+        let replicate = Replicate { number, key, sampler: *sampler, samples: *samples_per_replicate };
+        self.method.begin(self.scene, &self.request, replicate)
+    }
+
+    fn sample_of(&self, pass: &mut dyn Pass, place: Place) -> Result<Vec<Shown>, Error> {
+        self.check(place)?;
         let mut shown = Vec::new();
         let mut show = |c: &Contribution| {
             if self.request.wants(c.technique.order()) {
                 shown.push(self.names.show(c));
             }
         };
-        match self.method.replay(self.scene, &self.request, replicate, place.pixel, place.sample, &mut show) {
+        match pass.replay(place.pixel, place.sample, &mut show) {
             true => Ok(shown),
             false => Err(Error::usage(format!(
                 "{} has no samples that stand alone, so none can be replayed",
@@ -110,11 +118,25 @@ impl<'a> Retracing<'a> {
         }
     }
 
-    /// The path of a contribution that a render kept; `None` if the sample does not give it again, to the bit.
+    /// The path of every contribution that a render kept; `None` if its sample does not give it again, to the bit.
     ///
     /// # Errors
     /// Those of [`Self::sample`].
-    pub fn find(&self, firefly: &Firefly) -> Result<Option<Shown>, Error> {
+    pub fn find(&self, fireflies: &[&Firefly]) -> Result<Vec<Option<Shown>>, Error> {
+        let mut by_replicate: Vec<usize> = (0..fireflies.len()).collect();
+        by_replicate.sort_by_key(|&i| fireflies[i].replicate);
+        let mut shown: Vec<_> = fireflies.iter().map(|_| None).collect();
+        // What a replicate begins with, such as a pilot, is done once for all of its samples.
+        for of_one in by_replicate.chunk_by(|&a, &b| fireflies[a].replicate == fireflies[b].replicate) {
+            let mut pass = self.begin(fireflies[of_one[0]].replicate);
+            for &i in of_one {
+                shown[i] = self.find_in(&mut *pass, fireflies[i])?;
+            }
+        }
+        Ok(shown)
+    }
+
+    fn find_in(&self, pass: &mut dyn Pass, firefly: &Firefly) -> Result<Option<Shown>, Error> {
         let Firefly { replicate, pixel, sample, technique, raster, value, weight } = *firefly;
         let same = |shown: &Shown| {
             let bits = |values: &[f32]| -> Vec<u32> { values.iter().map(|v| v.to_bits()).collect() };
@@ -123,7 +145,7 @@ impl<'a> Retracing<'a> {
                 && bits(&shown.raw) == bits(&value.to_array())
                 && shown.weight.to_bits() == weight.to_bits()
         };
-        Ok(self.sample(Place { replicate, pixel, sample })?.into_iter().find(same))
+        Ok(self.sample_of(pass, Place { replicate, pixel, sample })?.into_iter().find(same))
     }
 
     fn check(&self, place: Place) -> Result<(), Error> {

@@ -236,33 +236,10 @@ impl Integrator for Composite {
         self.parts.iter().map(|part| part.request(request)).collect()
     }
 
-    fn replay(
-        &self,
-        scene: &Scene,
-        request: &Request,
-        replicate: Replicate,
-        pixel: (u32, u32),
-        sample: u32,
-        show: &mut dyn FnMut(&Contribution),
-    ) -> bool {
-        let requests = self.runs(request);
-        for at_work in self.at_work(&requests, replicate) {
-            if sample < at_work.replicate.samples {
-                let (request, scale) = (at_work.request, f64::from(at_work.scale));
-                let mut scaled = |c: &Contribution| {
-                    if request.wants(c.technique.order()) {
-                        show(&Contribution { weight: c.weight * scale, ..*c });
-                    }
-                };
-                at_work.method.replay(scene, request, at_work.replicate, pixel, sample, &mut scaled);
-            }
-        }
-        true
-    }
-
     fn begin<'a>(&'a self, scene: &'a Scene, request: &'a Request, replicate: Replicate) -> Box<dyn Pass + 'a> {
         let begin = |run: AtWork<'a>| RunPass {
             pass: run.method.begin(scene, run.request, run.replicate),
+            request: run.request,
             samples: run.replicate.samples,
             scale: run.scale,
         };
@@ -304,6 +281,7 @@ impl Composite {
 /// A replicate of one run.
 struct RunPass<'a> {
     pass: Box<dyn Pass + 'a>,
+    request: &'a Request,
     samples: u32,
     scale: f32,
 }
@@ -325,6 +303,18 @@ impl Pass for CompositePass<'_> {
                 run.pass.run(Block { samples, ..block.clone() }, out);
             }
         }
+    }
+
+    fn replay(&mut self, pixel: (u32, u32), sample: u32, show: &mut dyn FnMut(&Contribution)) -> bool {
+        for run in self.runs.iter_mut().filter(|run| sample < run.samples) {
+            let mut scaled = |c: &Contribution| {
+                if run.request.wants(c.technique.order()) {
+                    show(&Contribution { weight: c.weight * f64::from(run.scale), ..*c });
+                }
+            };
+            run.pass.replay(pixel, sample, &mut scaled);
+        }
+        true
     }
 }
 

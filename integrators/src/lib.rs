@@ -33,6 +33,8 @@ pub mod exact;
 pub mod film;
 pub mod fireflies;
 pub mod flux;
+mod guide;
+pub mod guided;
 pub mod light;
 pub mod lpe;
 pub mod measurement;

@@ -114,6 +114,11 @@ pub trait Estimator: Serialize + DeserializeOwned + Default + Send + Sync + 'sta
         None
     }
 
+    /// The work of that pilot, of which [`prepare`](Self::prepare) gave this.
+    fn pilot(&self) -> Counters {
+        Counters::default()
+    }
+
     /// Whether it works in iterations: whether a sample needs to know something of all samples of its number.
     const ITERATES: bool = false;
 
@@ -214,20 +219,6 @@ pub trait Integrator: Send + Sync {
         Vec::new()
     }
 
-    /// Takes one sample of a replicate again, of the pixel in this column and row, and shows all that it contributes, with the
-    /// vertices of every path. False where the method has no samples that stand alone.
-    fn replay(
-        &self,
-        _scene: &Scene,
-        _request: &Request,
-        _replicate: Replicate,
-        _pixel: (u32, u32),
-        _sample: u32,
-        _show: &mut dyn FnMut(&Contribution),
-    ) -> bool {
-        false
-    }
-
     /// Starts a replicate.
     fn begin<'a>(&'a self, scene: &'a Scene, request: &'a Request, replicate: Replicate) -> Box<dyn Pass + 'a>;
 }
@@ -241,6 +232,12 @@ pub trait Pass: Sync {
 
     /// Does one block's work. Called once for every block, from any thread.
     fn run(&self, block: Block, out: &mut BlockFilm);
+
+    /// Takes one sample again, of the pixel in this column and row, and shows all that it contributes, with the vertices of every
+    /// path. False where the method has no samples that stand alone.
+    fn replay(&mut self, _pixel: (u32, u32), _sample: u32, _show: &mut dyn FnMut(&Contribution)) -> bool {
+        false
+    }
 }
 
 /// Why a method cannot be made.
@@ -313,6 +310,7 @@ impl Methods {
             )
             .with::<crate::direct::Direct>("direct", "orders 0 and 1: emitter sampling, BSDF sampling, or both by MIS")
             .with::<crate::path::Path>("path", "path tracing with next-event estimation and MIS")
+            .with::<crate::guided::Guided>("guided", "path tracing that learns where light comes from (SD-trees)")
             .with::<crate::light::Light>("light", "particle tracing from the emitters, connected to the camera")
             .with::<crate::bdpt::Bdpt>("bdpt", "bidirectional path tracing: every strategy (s, t), weighted by MIS")
             .with::<crate::vcm::Vcm>("vcm", "connections and merged vertices, weighted by MIS over both")

@@ -6,6 +6,7 @@
 //! At the boundary of a body a walk is reflected, or goes on from where light came in; that is one scattering.
 
 use crate::contribution::{Contribution, PathView, Sink, Technique};
+use crate::guide::{Guide, Unguided};
 use crate::lpe::Classifier;
 use crate::method::{Estimator, Pixel};
 use crate::next_event::{Scattered, Strategy, pdf_next_event, pdf_next_event_environment, sample_next_event, weight2};
@@ -70,10 +71,11 @@ struct Scattering {
 }
 
 /// The state of a walk.
-struct Walk<'a, S> {
+struct Walk<'a, G, S> {
     scene: &'a Scene,
     request: &'a Request,
     settings: &'a Path,
+    guide: G,
     raster: Vec2,
     beta: Spectrum,
     /// Scatterings so far.
@@ -137,6 +139,22 @@ impl Estimator for Path {
         scratch: &mut Scratch,
         out: &mut S,
     ) {
+        self.trace(Unguided, (scene, request), pixel, sampler, scratch, out);
+    }
+}
+
+impl Path {
+    /// Takes one sample of a pixel by walks that are guided.
+    #[inline]
+    pub(crate) fn trace<G: Guide, S: Sink>(
+        &self,
+        guide: G,
+        (scene, request): (&Scene, &Request),
+        pixel: Pixel,
+        sampler: &mut Sampler,
+        scratch: &mut Scratch,
+        out: &mut S,
+    ) {
         let CameraStart { raster, sample } = start_camera(scene, pixel, sampler, &mut scratch.counters);
         let beta = Spectrum::splat(sample.weight);
         let classifier = request.parts().classifier().filter(|_| S::WANTS.classes);
@@ -148,14 +166,14 @@ impl Estimator for Path {
             scratch.camera.clear();
             scratch.camera.push(PathVertex::of_camera(scene, sample.at, sample.weight));
         }
-        let pdf = sample.pdf_d;
+        let (settings, pdf) = (self, sample.pdf_d);
         let mut walk =
-            Walk { scene, request, settings: self, raster, beta, order: 0, last: None, pdf, classifier, out };
+            Walk { scene, request, settings, guide, raster, beta, order: 0, last: None, pdf, classifier, out };
         walk.run(sample.ray, sampler, scratch);
     }
 }
 
-impl<S: Sink> Walk<'_, S> {
+impl<G: Guide, S: Sink> Walk<'_, G, S> {
     fn run(&mut self, mut ray: Ray, sampler: &mut Sampler, scratch: &mut Scratch) {
         loop {
             scratch.counters.closest += 1;
@@ -237,8 +255,10 @@ impl<S: Sink> Walk<'_, S> {
         scratch: &mut Scratch,
     ) -> Option<Ray> {
         if hit.is_connectable() {
+            let guide = self.guide;
             let scattered = |wi: Vec3| {
                 let (f, pdf) = hit.eval_pdf(wo, wi, TransportMode::Radiance);
+                let pdf = guide.pdf(hit, wi, pdf);
                 Scattered { f, cos: fault!("next_event_cosine_dropped", wi.dot(hit.ns()).abs(), 1.0), pdf }
             };
             self.next_event(&hit.point, scattered, Some((hit, wo)), sampler, scratch);
@@ -333,10 +353,11 @@ impl<S: Sink> Walk<'_, S> {
     /// Takes the walk one scattering on, or ends it.
     #[inline]
     fn scatter(&mut self, hit: &Interaction, wo: Vec3, sampler: &mut Sampler, scratch: &mut Scratch) -> Option<Ray> {
-        let uc = if !self.scene.needs.only_lambertian { sampler.get_1d(Purpose::Lobe) } else { 0.0 };
+        let chooses = G::CHOOSES || !self.scene.needs.only_lambertian;
+        let uc = if chooses { sampler.get_1d(Purpose::Lobe) } else { 0.0 };
         let u = sampler.get_2d(Purpose::Direction);
         scratch.counters.bsdf_samples += 1;
-        let sample = hit.sample(wo, uc, u, TransportMode::Radiance)?;
+        let sample = self.guide.sample(hit, wo, uc, u)?;
         if !sample.lobe.intersects(self.settings.followed) {
             return None;
         }

@@ -11,6 +11,7 @@ use sampling::sampler::{Purpose, Sampler};
 use scenes::{Needs, Scene};
 use serde_json::Value;
 use std::ops::RangeInclusive;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// An estimator under a name.
 pub(crate) struct Sampled<E> {
@@ -76,28 +77,16 @@ impl<E: Estimator> Integrator for Sampled<E> {
         self.estimator.bytes(pixels, request)
     }
 
-    fn replay(
-        &self,
-        scene: &Scene,
-        request: &Request,
-        replicate: Replicate,
-        pixel: (u32, u32),
-        sample: u32,
-        show: &mut dyn FnMut(&Contribution),
-    ) -> bool {
-        let prepared = self.estimator.prepare(scene, request, &replicate);
-        let mut samples = Samples { estimator: &self.estimator, prepared, scene, request, replicate };
-        if E::ITERATES {
-            samples.begin_iteration(sample);
-        }
-        let (mut sampler, mut scratch) = (samples.sampler(), Scratch::default());
-        samples.sample(pixel, sample, &mut sampler, &mut scratch, &mut Witness(show));
-        true
-    }
-
     fn begin<'a>(&'a self, scene: &'a Scene, request: &'a Request, replicate: Replicate) -> Box<dyn Pass + 'a> {
         let prepared = self.estimator.prepare(scene, request, &replicate);
-        Box::new(Samples { estimator: &self.estimator, prepared, scene, request, replicate })
+        Box::new(Samples {
+            estimator: &self.estimator,
+            prepared,
+            scene,
+            request,
+            replicate,
+            owes_pilot: AtomicBool::new(true),
+        })
     }
 }
 
@@ -145,6 +134,8 @@ struct Samples<'a, E> {
     scene: &'a Scene,
     request: &'a Request,
     replicate: Replicate,
+    /// Whether the pilot's work is still to be counted.
+    owes_pilot: AtomicBool,
 }
 
 impl<E: Estimator> Pass for Samples<'_, E> {
@@ -159,6 +150,18 @@ impl<E: Estimator> Pass for Samples<'_, E> {
             _ => self.take(block, &mut PartsFilm(out)),
         };
         out.counters += counters;
+        if self.owes_pilot.swap(false, Ordering::Relaxed) {
+            out.counters += self.prepared.as_ref().map_or(Counters::default(), E::pilot);
+        }
+    }
+
+    fn replay(&mut self, pixel: (u32, u32), sample: u32, show: &mut dyn FnMut(&Contribution)) -> bool {
+        if E::ITERATES {
+            self.begin_iteration(sample);
+        }
+        let (mut sampler, mut scratch) = (self.sampler(), Scratch::default());
+        self.sample(pixel, sample, &mut sampler, &mut scratch, &mut Witness(show));
+        true
     }
 }
 

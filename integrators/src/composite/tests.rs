@@ -89,7 +89,7 @@ fn one_run_of_all_orders_has_the_efficiency_of_its_method_and_its_fireflies() {
         samples: 4,
     };
     let mut shown = 0;
-    assert!(method.replay(&scene, &request, replicate, (3, 4), 2, &mut |c| shown += c.technique.order()));
+    assert!(method.begin(&scene, &request, replicate).replay((3, 4), 2, &mut |c| shown += c.technique.order()));
     assert!(shown > 0);
 }
 
