@@ -1,5 +1,6 @@
 //! What a report says of composites: which method does which orders, why, and what that has gained.
 
+use super::choice_picture;
 use super::numbers::{percent, short};
 use super::summary::{Sentence, plain};
 use super::tables::{head, number_cell, scrolling};
@@ -31,9 +32,13 @@ pub fn sentences(rows: &[&ChoiceRow]) -> Vec<Sentence> {
     sentences
 }
 
-/// A table for each composite.
-pub fn tables(m: &mut Markup, rows: &[&ChoiceRow]) {
+/// A picture and a table for each composite; `methods` are those of the scene's plots.
+pub fn tables(m: &mut Markup, rows: &[&ChoiceRow], methods: &[&str]) {
     for row in rows {
+        m.element("figure", &[], |m| {
+            m.append(&choice_picture::svg(row, methods, None));
+            m.line("figcaption", &[], format!("{}: which method estimates which orders", brief(&row.label)));
+        });
         let caption = format!(
             "{}: who does which orders. Variances are those of the orders' sum, of one of the composite's samples and of one of {}'s, image mean",
             brief(&row.label),

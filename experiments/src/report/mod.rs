@@ -6,6 +6,7 @@
 //! and a missing number doesn't compile.
 
 pub mod agreement;
+pub mod choice_picture;
 pub mod choices;
 pub mod errors;
 pub mod fireflies;
@@ -19,6 +20,7 @@ pub mod summary;
 pub mod tables;
 pub mod viewer;
 
+use crate::budget::file_name;
 use crate::export::{ExportError, png, write_atomically};
 use crate::plot::{self, Against};
 use crate::result::{ExperimentResult, MethodResult};
@@ -92,6 +94,11 @@ pub fn write(dir: &Path, result: &ExperimentResult) -> Result<(), ExportError> {
             write_atomically(&plots.join(format!("{}.svg", figure.file)), figure.chart.file().as_bytes())?;
         }
         let rows: Vec<_> = scene.methods.iter().map(|m| (m.label.as_str(), &m.measurement)).collect();
+        let methods: Vec<&str> = rows.iter().map(|(label, _)| *label).collect();
+        for choice in result.choices.iter().filter(|choice| choice.scene == scene.name) {
+            let file = format!("{}_{}.svg", scene.name, file_name(&choice.label));
+            write_atomically(&plots.join(file), choice_picture::file(choice, &methods).as_bytes())?;
+        }
         png::write_comparison_sheet(&plots.join(format!("{}_orders.png", scene.name)), &rows, scene.name)?;
     }
     let integrals = samplers::Integrals::of(result);

@@ -168,7 +168,8 @@ fn scene_section(
         let choices: Vec<&ChoiceRow> = result.choices.iter().filter(|row| row.scene == scene.name).collect();
         if !choices.is_empty() {
             m.line("h3", &[], "The best method for every order");
-            choices::tables(m, &choices);
+            let methods: Vec<&str> = scene.methods.iter().map(|method| method.label.as_str()).collect();
+            choices::tables(m, &choices, &methods);
         }
 
         m.line("h3", &[], "Variance and efficiency");

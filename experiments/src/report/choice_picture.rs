@@ -1,0 +1,131 @@
+//! Who does which orders, as a picture: a row a run, a column an order, and beside them what each run takes and leaves.
+
+use crate::export::markup::Markup;
+use crate::export::notation::brief;
+use crate::plot::pen::{self, STYLE, Sheet, colour, line, rounded};
+use crate::result::ChoiceRow;
+
+/// Width of the methods' names, of an order's column and of bars, height of a row, the room between, and width of the words above the last bars
+/// \[SVG units\].
+const NAMES: f64 = 72.0;
+const COLUMN: f64 = 26.0;
+const BARS: f64 = 130.0;
+const ROW: f64 = 28.0;
+const GAP: f64 = 18.0;
+const WORDS: f64 = 190.0;
+const TOP: f64 = 40.0;
+
+/// The picture as a file of its own. `methods` are those of the scene's plots, whose colours it has.
+pub fn file(row: &ChoiceRow, methods: &[&str]) -> String {
+    pen::file(&svg(row, methods, Some(STYLE)))
+}
+
+/// The picture.
+pub fn svg(row: &ChoiceRow, methods: &[&str], style: Option<&'static str>) -> Markup {
+    let layers = layers(row);
+    let orders = NAMES + layers.len() as f64 * COLUMN;
+    let (time, variance) = (orders + GAP, orders + 2.0 * GAP + BARS);
+    let size = (variance + WORDS, TOP + row.choice.runs.len() as f64 * ROW + 6.0);
+    let label = format!("{}: which method estimates which orders", brief(&row.label));
+    let all = row.choice.runs.iter().map(|run| run.variance).chain(row.variances.iter().copied());
+    let most = all.filter(|v| v.is_finite()).fold(f64::MIN_POSITIVE, f64::max);
+    Sheet { label: &label, size, font_size: 12, style }.draw(|m| {
+        for (x, words) in [(NAMES, "orders"), (time, "part of the time"), (variance, "variance: predicted, measured")] {
+            m.line("text", &[("x", &x), ("y", &14), ("font-size", &11), ("opacity", &0.75)], words);
+        }
+        for (i, layer) in layers.iter().enumerate() {
+            let x = NAMES + (i as f64 + 0.5) * COLUMN;
+            m.line("text", &[("x", &x), ("y", &(TOP - 8.0)), ("text-anchor", &"middle")], layer);
+        }
+        for (i, (run, measured)) in row.choice.runs.iter().zip(&row.variances).enumerate() {
+            let y = TOP + i as f64 * ROW;
+            let colour = colour(methods.iter().position(|name| *name == run.run.method).unwrap_or(methods.len() + i));
+            m.line("text", &[("x", &0), ("y", &(y + 16.0)), ("font-weight", &600)], &run.run.method);
+            for (j, layer) in layers.iter().enumerate() {
+                let (x, has) = (NAMES + j as f64 * COLUMN, run.layers.contains(layer));
+                let opacity = if has { 1.0 } else { 0.08 };
+                rectangle(
+                    m,
+                    (x + 2.0, y + 1.0),
+                    (COLUMN - 4.0, ROW - 6.0),
+                    if has { colour } else { "currentColor" },
+                    opacity,
+                );
+            }
+            rectangle(m, (time, y + 3.0), (BARS * run.time, ROW - 10.0), colour, 1.0);
+            rectangle(m, (variance, y + 2.0), (BARS * run.variance / most, 9.0), colour, 0.45);
+            rectangle(m, (variance, y + 12.0), (BARS * measured / most, 9.0), colour, 1.0);
+        }
+        for x in [time, variance] {
+            line(m, (x, TOP), (x, size.1 - 6.0), 0.5);
+        }
+    })
+}
+
+/// All layers of all runs: orders by number, the tail last.
+fn layers(row: &ChoiceRow) -> Vec<String> {
+    let mut layers: Vec<String> = row.choice.runs.iter().flat_map(|run| run.layers.iter().cloned()).collect();
+    layers.sort_by_key(|label| label.parse().unwrap_or(usize::MAX));
+    layers
+}
+
+/// A filled rectangle from a corner on; none where a size is not known.
+fn rectangle(m: &mut Markup, (x, y): (f64, f64), (width, height): (f64, f64), fill: &str, opacity: f64) {
+    if width.is_finite() && width > 0.0 {
+        let [x, y, width, height] = [x, y, width.max(0.5), height].map(rounded);
+        m.leaf(
+            "rect",
+            &[
+                ("x", &x),
+                ("y", &y),
+                ("width", &width),
+                ("height", &height),
+                ("fill", &fill),
+                ("fill-opacity", &opacity),
+            ],
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::choice::{Choice, ChosenRun};
+    use integrators::composite::Run;
+
+    #[test]
+    fn every_order_has_one_run_and_what_is_unknown_has_no_bar() {
+        let run = |method: &str, layers: &[&str], time: f64| ChosenRun {
+            run: Run {
+                method: method.to_owned(),
+                settings: serde_json::Map::new(),
+                orders: layers[0].to_owned(),
+                tail: false,
+                share: 0.5,
+            },
+            layers: layers.iter().map(|&layer| layer.to_owned()).collect(),
+            time,
+            variance: time,
+            single: None,
+        };
+        let row = ChoiceRow {
+            scene: "room".to_owned(),
+            label: "composite".to_owned(),
+            choice: Choice {
+                runs: vec![run("light", &["10", "2", "tail"], 0.25), run("path", &["0"], 0.75)],
+                single: "path".to_owned(),
+                gain: None,
+                left_out: Vec::new(),
+                pilot_seconds: 1.0,
+            },
+            gain: None,
+            variances: vec![1.0, f64::NAN],
+        };
+        assert_eq!(layers(&row), ["0", "2", "10", "tail"]);
+        let svg = file(&row, &["path", "light"]);
+        // Two runs of four cells; a time and a predicted variance for each, and one measured variance.
+        assert_eq!(svg.matches("<rect").count(), 2 * 4 + 2 * 2 + 1);
+        assert_eq!(svg.matches("fill-opacity=\"0.08\"").count(), 4);
+        assert!(!svg.contains("NaN"));
+    }
+}
