@@ -22,7 +22,9 @@ use meters::Metered;
 use scenes::{LoadOptions, Skip};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use words::{in_words, sentence};
+use words::sentence;
+
+pub use words::in_words;
 
 mod meters;
 mod words;
@@ -32,7 +34,7 @@ const MAX_ORDER: usize = 8;
 
 /// What was found in a scene, and what `--json` prints of it.
 #[derive(Serialize)]
-struct Findings {
+pub struct Findings {
     scene: String,
     methods: Vec<String>,
     /// Methods that cannot render the scene, each with the reason.
@@ -55,9 +57,23 @@ struct Findings {
     sentence: String,
 }
 
+impl Findings {
+    /// Whether nothing but differences between methods contradicts that all are right.
+    pub fn is_sound(&self) -> bool {
+        self.invalid.values().all(|&n| n == 0)
+            && self.meters.iter().all(|row| row.holds)
+            && self.stress.iter().all(|row| row.holds)
+    }
+
+    /// The comparisons that found a difference.
+    pub fn differences(&self) -> impl Iterator<Item = &Pair> {
+        self.pairs.iter().filter(|pair| pair.verdict == Verdict::Differ)
+    }
+}
+
 /// A comparison of two methods in one order.
 #[derive(Serialize)]
-struct Pair {
+pub struct Pair {
     a: String,
     b: String,
     order: String,
@@ -72,6 +88,19 @@ struct Pair {
     rejected: usize,
 }
 
+impl Pair {
+    /// Both methods and the order.
+    pub fn name(&self) -> (&str, &str, &str) {
+        (&self.a, &self.b, &self.order)
+    }
+
+    /// By how much the image means differ, and the standard error of that \[W/(m²·sr)\].
+    pub fn difference(&self) -> (f64, f64) {
+        let difference = self.mean_a - self.mean_b;
+        (difference, if self.t == 0.0 { f64::INFINITY } else { (difference / self.t).abs() })
+    }
+}
+
 /// Verifies a scene, or all built-in ones.
 ///
 /// # Errors
@@ -84,7 +113,7 @@ pub fn verify(args: &VerifyArgs, methods: &Methods, verbosity: Verbosity, stop: 
     let pool = budget::pool(args.threads)?;
     let mut all = Vec::new();
     for scene in scenes {
-        let findings = pool.install(|| one(scene, args, methods, verbosity, stop))?;
+        let findings = pool.install(|| findings(scene, args, methods, verbosity, stop))?;
         if !args.json {
             print(&in_words(&findings))?;
         }
@@ -99,7 +128,11 @@ pub fn verify(args: &VerifyArgs, methods: &Methods, verbosity: Verbosity, stop: 
     Ok(if all.iter().all(|findings| findings.holds) { Status::Done } else { Status::Failed })
 }
 
-fn one(
+/// What the methods make of a scene, in the current thread pool.
+///
+/// # Errors
+/// If it cannot be loaded, or fewer than two methods can render it.
+pub fn findings(
     scene: &str,
     args: &VerifyArgs,
     methods: &Methods,
@@ -112,7 +145,7 @@ fn one(
     let methods: Vec<_> = plan.methods.iter().map(|planned| &*planned.method).collect();
     let meters = meters::meters(scene, &methods, (plan.experiment.max_order, args.replicates, args.seed), stop)?;
     let stress = if args.stress { stressed(scene, args, plan, &results, verbosity, stop)? } else { Vec::new() };
-    Ok(findings(&results, &rows, left_out, meters, stress))
+    Ok(gathered(&results, &rows, left_out, meters, stress))
 }
 
 /// What other units and places do to a scene, by the methods that were compared and a quarter of their samples.
@@ -189,7 +222,7 @@ fn plan(scene: &str, args: &VerifyArgs, methods: &Methods) -> Result<(Plan, Vec<
     Ok((Plan::new(&Source::of_command("verify"), experiment, methods)?, left_out))
 }
 
-fn findings(
+fn gathered(
     results: &[MethodResult],
     rows: &[AgreementRow],
     left_out: Vec<String>,
@@ -202,10 +235,8 @@ fn findings(
     };
     let invalid: BTreeMap<String, u64> =
         results.iter().map(|r| (r.label.clone(), r.measurement.invalid.iter().sum())).collect();
-    let agree = rows.iter().all(|row| row.verdict != Verdict::Differ) && invalid.values().all(|&n| n == 0);
-    let holds = agree && meters.iter().all(|row| row.holds) && stress.iter().all(|row| row.holds);
     let first = results.first();
-    Findings {
+    let mut findings = Findings {
         scene: first.map(|r| r.scene.clone()).unwrap_or_default(),
         methods: results.iter().map(|r| r.label.clone()).collect(),
         left_out,
@@ -219,8 +250,10 @@ fn findings(
         pairs,
         meters,
         stress,
-        holds,
-    }
+        holds: false,
+    };
+    findings.holds = findings.is_sound() && findings.differences().next().is_none();
+    findings
 }
 
 fn pair(row: &AgreementRow) -> Pair {

@@ -147,7 +147,7 @@ fn hidden_in_words(rows: &[AgreementRow], layers: &[Layer], found: f64) -> Strin
 }
 
 /// A table for people to read: a row a pair, a column an order, in each the bias that would have been found.
-pub(super) fn in_words(f: &Findings) -> String {
+pub fn in_words(f: &Findings) -> String {
     let mut orders: Vec<&str> = Vec::new();
     let mut names: Vec<(&str, &str)> = Vec::new();
     for pair in &f.pairs {
