@@ -188,16 +188,17 @@ fn hollow_spheres_order_by_order() {
     let (long, grey) = (Stuff { mean_free_path: [1.0, 0.4, 3.0], ..GREEN }, Stuff { albedo: [0.8; 3], ..GREEN });
     let plain = json!({"roulette": "none"});
     let variants = [
-        ("white, of short ways", Light::Wall, Stuff::white(1e-3, 1.5), plain.clone()),
-        ("coloured, of long ways", Light::Wall, long, plain.clone()),
-        ("with roulette", Light::Wall, grey, json!({"roulette_start": 1})),
-        ("without next event", Light::Wall, grey, json!({"roulette": "none", "strategy": "bsdf"})),
-        ("round a point emitter", Light::Point, long, plain),
+        ("path", "white, of short ways", Light::Wall, Stuff::white(1e-3, 1.5), plain.clone()),
+        ("path", "coloured, of long ways", Light::Wall, long, plain.clone()),
+        ("path", "with roulette", Light::Wall, grey, json!({"roulette_start": 1})),
+        ("path", "without next event", Light::Wall, grey, json!({"roulette": "none", "strategy": "bsdf"})),
+        ("path", "round a point emitter", Light::Point, long, plain.clone()),
+        ("guided", "guided", Light::Wall, long, plain),
     ];
-    for (name, light, stuff, settings) in variants {
+    for (method, name, light, stuff, settings) in variants {
         let scene = hollow_sphere(name, light, stuff);
         let truth = Truth::new(&scene, |hit, ray| in_hollow_sphere(light, stuff, cos_seen(hit, ray), 6));
-        truth.compare(&mut family, "path", method_with("path", settings).as_ref(), Budget::samples(32), 2);
+        truth.compare(&mut family, method, method_with(method, settings).as_ref(), Budget::samples(32), 2);
     }
     family.finish(0.9);
 }
