@@ -100,6 +100,9 @@ fn look(scene: &str, seed: u64, methods: &Methods, stop: &Stop) -> Result<(usize
         };
         let found = findings(scene, &args, methods, Verbosity::Quiet, stop)?;
         println!("{}", in_words(&found));
+        if stop.signal().is_some() {
+            return Ok((number + 1, None));
+        }
         let mut now = Suspects::of(&found);
         if let Some(before) = suspects {
             now.pairs.retain(|name, _| before.pairs.contains_key(name));

@@ -47,8 +47,8 @@ pub fn records(
     let m = &result.measurement;
     let settings = RenderSettings { samples_per_replicate: m.samples_per_replicate, ..plan.render_settings(planned) };
     let retracing = Retracing::new(&scene.scene, &*planned.method, &settings)?;
-    let all: Vec<&Firefly> = m.fireflies.layers().iter().flatten().collect();
-    let (mut paths, mut records) = (retracing.find(&all)?.into_iter(), Vec::with_capacity(all.len()));
+    let largest: Vec<&Firefly> = m.fireflies.layers().iter().flatten().collect();
+    let (mut paths, mut records) = (retracing.find(&largest)?.into_iter(), Vec::with_capacity(largest.len()));
     for (index, (layer, found)) in m.layers.iter().zip(m.fireflies.layers()).enumerate() {
         let mean = m.image_mean(index).iter().sum::<f64>() / 3.0;
         let all = mean * m.pixels() as f64 * m.samples() as f64;

@@ -90,6 +90,8 @@ impl<'a> Retracing<'a> {
     /// # Errors
     /// If there is no such sample, or the method has none that stands alone.
     pub fn sample(&self, place: Place) -> Result<Vec<Shown>, Error> {
+        // Before a replicate is begun, which may take a pilot.
+        self.check(place)?;
         self.sample_of(&mut *self.begin(place.replicate), place)
     }
 
@@ -102,7 +104,6 @@ impl<'a> Retracing<'a> {
     }
 
     fn sample_of(&self, pass: &mut dyn Pass, place: Place) -> Result<Vec<Shown>, Error> {
-        self.check(place)?;
         let mut shown = Vec::new();
         let mut show = |c: &Contribution| {
             if self.request.wants(c.technique.order()) {
@@ -138,6 +139,8 @@ impl<'a> Retracing<'a> {
 
     fn find_in(&self, pass: &mut dyn Pass, firefly: &Firefly) -> Result<Option<Shown>, Error> {
         let Firefly { replicate, pixel, sample, technique, raster, value, weight } = *firefly;
+        let place = Place { replicate, pixel, sample };
+        self.check(place)?;
         let same = |shown: &Shown| {
             let bits = |values: &[f32]| -> Vec<u32> { values.iter().map(|v| v.to_bits()).collect() };
             shown.technique == technique
@@ -145,7 +148,7 @@ impl<'a> Retracing<'a> {
                 && bits(&shown.raw) == bits(&value.to_array())
                 && shown.weight.to_bits() == weight.to_bits()
         };
-        Ok(self.sample_of(pass, Place { replicate, pixel, sample })?.into_iter().find(same))
+        Ok(self.sample_of(pass, place)?.into_iter().find(same))
     }
 
     fn check(&self, place: Place) -> Result<(), Error> {

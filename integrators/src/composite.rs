@@ -11,7 +11,7 @@ use crate::bias::Bias;
 use crate::contribution::{Contribution, Technique};
 use crate::film::{Block, BlockFilm};
 use crate::lpe::least_order;
-use crate::measurement::Layer;
+use crate::measurement::{Counters, Layer};
 use crate::method::{Integrator, MethodError, Methods, Pass, Replicate};
 use crate::request::{Orders, Request};
 use sampling::fault;
@@ -293,6 +293,12 @@ struct CompositePass<'a> {
 }
 
 impl Pass for CompositePass<'_> {
+    fn pilot(&self) -> Counters {
+        let mut all = Counters::default();
+        self.runs.iter().for_each(|run| all += run.pass.pilot());
+        all
+    }
+
     fn run(&self, block: Block, out: &mut BlockFilm) {
         for run in &self.runs {
             // A run has got as far with its samples as all have with theirs.

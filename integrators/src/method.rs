@@ -225,6 +225,11 @@ pub trait Integrator: Send + Sync {
 
 /// A replicate at work.
 pub trait Pass: Sync {
+    /// The work of its estimators' [pilots](Estimator::pilot), which are done when it begins.
+    fn pilot(&self) -> Counters {
+        Counters::default()
+    }
+
     /// Gets ready for the samples of a number, where the method [iterates](Integrator::iterates); none is at work meanwhile.
     fn begin_iteration(&mut self, _number: u32) -> Counters {
         Counters::default()

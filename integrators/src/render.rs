@@ -292,6 +292,7 @@ impl<'a> Render<'a> {
         // The blocks between two of which the method may want to be told: those of an iteration, or all.
         let together = if iterates { blocks.tiles() } else { blocks.count() };
         let mut pass = self.method.begin(self.scene, &self.request, replicate);
+        self.group.counters += pass.pilot();
         let wave = (WAVE_BYTES / BlockFilm::bytes(&self.request, width, height).max(1)).clamp(1, WAVE);
         let film = || BlockFilm::new(&self.request, *self.scene.camera.raster(), self.window.clone());
         let mut films: Vec<_> = (0..wave.min(together as usize)).map(|_| film()).collect();

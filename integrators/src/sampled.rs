@@ -11,7 +11,6 @@ use sampling::sampler::{Purpose, Sampler};
 use scenes::{Needs, Scene};
 use serde_json::Value;
 use std::ops::RangeInclusive;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// An estimator under a name.
 pub(crate) struct Sampled<E> {
@@ -79,14 +78,7 @@ impl<E: Estimator> Integrator for Sampled<E> {
 
     fn begin<'a>(&'a self, scene: &'a Scene, request: &'a Request, replicate: Replicate) -> Box<dyn Pass + 'a> {
         let prepared = self.estimator.prepare(scene, request, &replicate);
-        Box::new(Samples {
-            estimator: &self.estimator,
-            prepared,
-            scene,
-            request,
-            replicate,
-            owes_pilot: AtomicBool::new(true),
-        })
+        Box::new(Samples { estimator: &self.estimator, prepared, scene, request, replicate })
     }
 }
 
@@ -134,11 +126,13 @@ struct Samples<'a, E> {
     scene: &'a Scene,
     request: &'a Request,
     replicate: Replicate,
-    /// Whether the pilot's work is still to be counted.
-    owes_pilot: AtomicBool,
 }
 
 impl<E: Estimator> Pass for Samples<'_, E> {
+    fn pilot(&self) -> Counters {
+        self.prepared.as_ref().map_or(Counters::default(), E::pilot)
+    }
+
     fn begin_iteration(&mut self, number: u32) -> Counters {
         let Self { prepared, scene, request, replicate, .. } = self;
         prepared.as_mut().map_or(Counters::default(), |method| method.iterate(scene, request, replicate, number))
@@ -150,9 +144,6 @@ impl<E: Estimator> Pass for Samples<'_, E> {
             _ => self.take(block, &mut PartsFilm(out)),
         };
         out.counters += counters;
-        if self.owes_pilot.swap(false, Ordering::Relaxed) {
-            out.counters += self.prepared.as_ref().map_or(Counters::default(), E::pilot);
-        }
     }
 
     fn replay(&mut self, pixel: (u32, u32), sample: u32, show: &mut dyn FnMut(&Contribution)) -> bool {

@@ -35,6 +35,13 @@ pub fn sin_cos_turns(u: f32) -> (f32, f32) {
     if quadrant & 2 == 0 { (s, c) } else { (-s, -c) }
 }
 
+/// The angle of a point of the plane over 2π, in [0, 1): the way back from [`sin_cos_turns`].
+#[inline]
+pub fn turns(y: f32, x: f32) -> f32 {
+    let turns = y.atan2(x) * (0.5 * FRAC_1_PI);
+    if turns < 0.0 { (turns + 1.0).min(1.0_f32.next_down()) } else { turns }
+}
+
 /// A uniform point of the unit disc and its exact radius `[Shirley97]`.
 #[inline]
 fn concentric_disk(u: Vec2) -> (Vec2, f32) {

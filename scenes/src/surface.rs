@@ -4,10 +4,10 @@ use crate::emitter::EmitterId;
 use crate::material::MaterialId;
 use crate::ray::UNIT_ROUNDOFF;
 use crate::relief::Derivatives;
-use crate::shape::{Cylinder, Disk, turns};
+use crate::shape::{Cylinder, Disk};
 use crate::texture::SurfaceCoordinates;
 use sampling::math::Spectrum;
-use sampling::{Vec2, Vec3};
+use sampling::{Vec2, Vec3, warp};
 use std::f32::consts::{FRAC_1_PI, PI};
 
 /// What a triangle has of its own.
@@ -101,7 +101,7 @@ impl SphereChart {
     /// south pole and 1 at the north.
     fn uv(&self, ng: Vec3) -> Vec2 {
         let [x, y, z] = self.axes.map(|axis| axis.dot(self.outwards(ng)));
-        Vec2::new(turns(y, x), 1.0 - z.clamp(-1.0, 1.0).acos() * FRAC_1_PI)
+        Vec2::new(warp::turns(y, x), 1.0 - z.clamp(-1.0, 1.0).acos() * FRAC_1_PI)
     }
 
     /// How that point moves with its texture coordinates; zero along u at the poles.

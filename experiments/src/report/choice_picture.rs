@@ -26,7 +26,7 @@ pub fn svg(row: &ChoiceRow, methods: &[&str], style: Option<&'static str>) -> Ma
     let orders = NAMES + layers.len() as f64 * COLUMN;
     let (time, variance) = (orders + GAP, orders + 2.0 * GAP + BARS);
     let size = (variance + WORDS, TOP + row.choice.runs.len() as f64 * ROW + 6.0);
-    let label = format!("{}: which method estimates which orders", brief(&row.label));
+    let label = title(row);
     let all = row.choice.runs.iter().map(|run| run.variance).chain(row.variances.iter().copied());
     let most = all.filter(|v| v.is_finite()).fold(f64::MIN_POSITIVE, f64::max);
     Sheet { label: &label, size, font_size: 12, style }.draw(|m| {
@@ -60,6 +60,11 @@ pub fn svg(row: &ChoiceRow, methods: &[&str], style: Option<&'static str>) -> Ma
             line(m, (x, TOP), (x, size.1 - 6.0), 0.5);
         }
     })
+}
+
+/// What the picture shows.
+pub fn title(row: &ChoiceRow) -> String {
+    format!("{}: which method estimates which orders", brief(&row.label))
 }
 
 /// All layers of all runs: orders by number, the tail last.

@@ -37,7 +37,7 @@ pub fn tables(m: &mut Markup, rows: &[&ChoiceRow], methods: &[&str]) {
     for row in rows {
         m.element("figure", &[], |m| {
             m.append(&choice_picture::svg(row, methods, None));
-            m.line("figcaption", &[], format!("{}: which method estimates which orders", brief(&row.label)));
+            m.line("figcaption", &[], choice_picture::title(row));
         });
         let caption = format!(
             "{}: who does which orders. Variances are those of the orders' sum, of one of the composite's samples and of one of {}'s, image mean",

@@ -48,6 +48,11 @@ pub struct SceneReport<'a> {
 }
 
 impl SceneReport<'_> {
+    /// The methods' labels, in the order of their colours.
+    pub fn labels(&self) -> Vec<&str> {
+        self.methods.iter().map(|method| method.label.as_str()).collect()
+    }
+
     /// All its plots.
     pub fn figures(&self) -> impl Iterator<Item = &plot::Figure> {
         let convergence =
@@ -94,7 +99,7 @@ pub fn write(dir: &Path, result: &ExperimentResult) -> Result<(), ExportError> {
             write_atomically(&plots.join(format!("{}.svg", figure.file)), figure.chart.file().as_bytes())?;
         }
         let rows: Vec<_> = scene.methods.iter().map(|m| (m.label.as_str(), &m.measurement)).collect();
-        let methods: Vec<&str> = rows.iter().map(|(label, _)| *label).collect();
+        let methods = scene.labels();
         for choice in result.choices.iter().filter(|choice| choice.scene == scene.name) {
             let file = format!("{}_{}.svg", scene.name, file_name(&choice.label));
             write_atomically(&plots.join(file), choice_picture::file(choice, &methods).as_bytes())?;

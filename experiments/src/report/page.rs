@@ -168,8 +168,7 @@ fn scene_section(
         let choices: Vec<&ChoiceRow> = result.choices.iter().filter(|row| row.scene == scene.name).collect();
         if !choices.is_empty() {
             m.line("h3", &[], "The best method for every order");
-            let methods: Vec<&str> = scene.methods.iter().map(|method| method.label.as_str()).collect();
-            choices::tables(m, &choices, &methods);
+            choices::tables(m, &choices, &scene.labels());
         }
 
         m.line("h3", &[], "Variance and efficiency");

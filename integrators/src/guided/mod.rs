@@ -143,23 +143,22 @@ impl Guide for Led<'_> {
     fn sample(self, hit: &Interaction, wo: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample> {
         let Some(part) = self.part(hit) else { return hit.sample(wo, uc, u, TransportMode::Radiance) };
         let share = part.share();
-        let mixed = |wi: Vec3, pdf: f32| share * part.density().pdf(wi) + (1.0 - share) * pdf;
         if uc < share {
             let wi = part.density().sample(u);
             let (f, pdf) = hit.eval_pdf(wo, wi, TransportMode::Radiance);
-            let pdf = mixed(wi, pdf);
+            let pdf = part.mixed(wi, pdf);
             let weight = f * (wi.dot(hit.ns()).abs() / pdf);
             return (pdf > 0.0).then_some(BsdfSample { wi, weight, pdf, lobe: Lobes::NON_DELTA, eta: 1.0 });
         }
         let uc = ((uc - share) / (1.0 - share)).min(1.0_f32.next_down());
         let sample = hit.sample(wo, uc, u, TransportMode::Radiance)?;
-        let pdf = if sample.lobe.is_delta() { (1.0 - share) * sample.pdf } else { mixed(sample.wi, sample.pdf) };
+        let pdf = if sample.lobe.is_delta() { (1.0 - share) * sample.pdf } else { part.mixed(sample.wi, sample.pdf) };
         Some(BsdfSample { weight: sample.weight * (sample.pdf / pdf), pdf, ..sample })
     }
 
     #[inline]
     fn pdf(self, hit: &Interaction, wi: Vec3, pdf: f32) -> f32 {
         let Some(part) = self.part(hit) else { return pdf };
-        fault!("guide_left_out_of_weights", part.share() * part.density().pdf(wi) + (1.0 - part.share()) * pdf, pdf)
+        fault!("guide_left_out_of_weights", part.mixed(wi, pdf), pdf)
     }
 }

@@ -1,7 +1,7 @@
 //! A density over directions that is refined where light comes from: a quadtree over the sphere [Müller et al. 2017, §3.2].
 
+use sampling::warp::{self, uniform_sphere_pdf};
 use sampling::{Vec2, Vec3, vec2};
-use std::f32::consts::{PI, TAU};
 
 /// The part of all light from which a square is divided.
 const DIVIDED_FROM: f32 = 0.01;
@@ -13,15 +13,14 @@ const BELOW_ONE: f32 = 1.0_f32.next_down();
 /// Where a unit direction lies in the unit square, by which areas are solid angles over 4π (Lambert's cylindrical projection).
 #[inline]
 pub fn to_square(d: Vec3) -> Vec2 {
-    let turn = d.y.atan2(d.x) / TAU;
-    vec2(if turn < 0.0 { turn + 1.0 } else { turn }, (d.z + 1.0) / 2.0).clamp(Vec2::ZERO, Vec2::splat(BELOW_ONE))
+    vec2(warp::turns(d.y, d.x), ((d.z + 1.0) / 2.0).clamp(0.0, BELOW_ONE))
 }
 
 /// The direction that lies there.
 #[inline]
 pub fn from_square(p: Vec2) -> Vec3 {
     let z = 2.0 * p.y - 1.0;
-    let (sin, cos) = (TAU * p.x).sin_cos();
+    let (sin, cos) = warp::sin_cos_turns(p.x);
     let r = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
     Vec3::new(r * cos, r * sin, z)
 }
@@ -104,7 +103,7 @@ impl Quadtree {
     /// The density of a direction [1/sr]; 0 where no light came from.
     #[inline]
     pub fn pdf(&self, d: Vec3) -> f32 {
-        let (mut at, mut p, mut pdf) = (0, to_square(d), 1.0 / (4.0 * PI));
+        let (mut at, mut p, mut pdf) = (0, to_square(d), uniform_sphere_pdf());
         loop {
             let (quarter, square) = (descend(&mut p), &self.squares[at]);
             let total = square.total();
@@ -194,6 +193,7 @@ fn choose(u: &mut f32, first: f32, second: f32) -> usize {
 mod tests {
     use super::*;
     use sampling::rng::Stream;
+    use std::f32::consts::PI;
 
     /// With a bright spot, refined so often.
     fn spotted(times: u32) -> Quadtree {

@@ -52,6 +52,12 @@ impl Part {
         &self.known
     }
 
+    /// The density of a direction by the mixture of both [1/sr], where that of the BSDF is `pdf`.
+    #[inline]
+    pub fn mixed(&self, wi: Vec3, pdf: f32) -> f32 {
+        self.share * self.known.pdf(wi) + (1.0 - self.share) * pdf
+    }
+
     /// `scores` tells whether enough was learned for the record to say how good that is: before it is learned itself.
     fn learn(&mut self, record: &Record, scores: bool) {
         if record.light <= 0.0 {

@@ -4,7 +4,6 @@ use super::{Cylinder, Disk, Sphere};
 use crate::ray::SurfacePoint;
 use glam::DVec3;
 use sampling::{Vec2, Vec3};
-use std::f32::consts::FRAC_1_PI;
 
 /// The parameters of a line that meets nothing: comparisons with them are false.
 pub(super) const MISSED: [f64; 2] = [f64::NAN; 2];
@@ -112,10 +111,4 @@ pub(super) fn line_and_circle(origin: DVec3, direction: DVec3, radius: f64, inve
     let product = (distance - radius) * (distance + radius) * inverse_length2;
     let small = if large == 0.0 { 0.0 } else { product / large };
     if middle < 0.0 { [large, small] } else { [small, large] }
-}
-
-/// The angle of a point of the plane over 2π, in [0, 1).
-pub(crate) fn turns(y: f32, x: f32) -> f32 {
-    let turns = y.atan2(x) * (0.5 * FRAC_1_PI);
-    if turns < 0.0 { (turns + 1.0).min(1.0f32.next_down()) } else { turns }
 }

@@ -1,6 +1,6 @@
 //! The analytic cylinder: an open tube.
 
-use super::analytic::{MISSED, line_and_circle, turns};
+use super::analytic::{MISSED, line_and_circle};
 use crate::ray::SurfacePoint;
 use crate::relief::Derivatives;
 use glam::DVec3;
@@ -68,7 +68,7 @@ impl Cylinder {
     /// The texture coordinates of a point: the angle over 2π in [0, 1), and the height as a share of the length.
     pub fn uv(&self, p: Vec3) -> Vec2 {
         let [x, y, z] = self.axes.map(|axis| axis.dot(p.as_dvec3() - self.from));
-        Vec2::new(turns(y as f32, x as f32), (z / self.length).clamp(0.0, 1.0) as f32)
+        Vec2::new(warp::turns(y as f32, x as f32), (z / self.length).clamp(0.0, 1.0) as f32)
     }
 
     /// How a point moves with its texture coordinates.

@@ -1,6 +1,6 @@
 //! The analytic disk, round or elliptic.
 
-use super::analytic::{MISSED, turns};
+use super::analytic::MISSED;
 use crate::ray::SurfacePoint;
 use crate::relief::Derivatives;
 use glam::{DVec2, DVec3};
@@ -79,7 +79,7 @@ impl Disk {
     /// towards `edge_v` over 2π, in [0, 1).
     pub fn uv(&self, p: Vec3) -> Vec2 {
         let at = self.place(p.as_dvec3());
-        Vec2::new(at.length().min(1.0) as f32, turns(at.y as f32, at.x as f32))
+        Vec2::new(at.length().min(1.0) as f32, warp::turns(at.y as f32, at.x as f32))
     }
 
     /// How a point moves with its texture coordinates; zero along v at the centre.

@@ -7,7 +7,7 @@ mod mesh;
 mod sphere;
 mod triangle;
 
-pub(crate) use analytic::{Analytic, turns};
+pub(crate) use analytic::Analytic;
 pub use cylinder::Cylinder;
 pub use disk::Disk;
 pub use mesh::MeshData;
