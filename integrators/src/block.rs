@@ -49,6 +49,12 @@ impl Window {
         self.x.contains(&x) && self.y.contains(&y)
     }
 
+    /// Whether it has no pixel.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.x.is_empty() || self.y.is_empty()
+    }
+
     /// The pixels that are in both, which may be none.
     pub(crate) fn within(&self, other: &Self) -> Self {
         let both = |a: &Range<u32>, b: &Range<u32>| {

@@ -4,115 +4,35 @@
 //! estimate of the sum. A composite is a list of [runs](Run): a method, the orders that it is to estimate, and its share of the samples.
 //! Of N samples per pixel, run m takes `n_m ≈ N share_m / Σ share`, at least one, with random numbers of its own; what they bring counts
 //! N / n_m times. So all of the film's means are divided by N, as ever, and the mean of every order is that of its method.
+//! A method that brings light to the pixels of its own samples alone may take more of them in some [regions](Regions) of the image than in others, and
+//! none where another run has its orders: every pixel has an n_m of its own then.
 //!
 //! How shares are best chosen is told in `docs/composite.md`.
 
-use crate::bias::Bias;
 use crate::contribution::{Contribution, Technique};
-use crate::film::{Block, BlockFilm};
+use crate::film::{Block, BlockFilm, Window};
 use crate::lpe::least_order;
 use crate::measurement::{Counters, Layer};
 use crate::method::{Integrator, MethodError, Methods, Pass, Replicate};
-use crate::request::{Orders, Request};
+use crate::request::Request;
 use sampling::fault;
 use scenes::{Needs, Scene};
-use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use std::ops::RangeInclusive;
+
+pub use regions::{Regions, windows};
+use run::Part;
+pub use run::Run;
+
+mod regions;
+mod run;
 
 /// The name that it is registered under.
 pub const NAME: &str = "composite";
 
-/// A method at work on some of the orders.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Run {
-    /// The method's name.
-    pub method: String,
-    /// Its settings; those left out take their defaults.
-    #[serde(default, skip_serializing_if = "Map::is_empty")]
-    pub settings: Map<String, Value>,
-    /// The orders: a list such as `0,2-4`; of what lies beyond the last order asked for, see `tail`.
-    pub orders: String,
-    /// Whether it estimates the tail too.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub tail: bool,
-    /// Samples, in parts of those of all runs; runs with no order that is asked for apart.
-    pub share: f64,
-}
-
-impl Run {
-    /// As [`Run::read`] takes it, without the settings.
-    pub fn brief(&self) -> String {
-        let tail = if self.tail { "+tail" } else { "" };
-        format!("{}:{}{tail}:{}", self.method, self.orders, self.share)
-    }
-
-    /// From `METHOD:ORDERS:SHARE`, such as `path:1-3:0.5`, with `+tail` behind the orders for a run that has it.
-    ///
-    /// # Errors
-    /// If it is written in another way.
-    pub fn read(text: &str) -> Result<Self, String> {
-        let parts: Vec<&str> = text.split(':').map(str::trim).collect();
-        let read = match parts[..] {
-            [method, orders, share] => share.parse::<f64>().ok().map(|share| (method, orders, share)),
-            _ => None,
-        };
-        let no_run = || format!("`{text}` is no run; write METHOD:ORDERS:SHARE, such as path:1-3:0.5");
-        let (method, orders, share) = read.ok_or_else(no_run)?;
-        let (orders, tail) = match orders.strip_suffix("tail") {
-            Some(orders) => (orders.trim_end_matches('+'), true),
-            None => (orders, false),
-        };
-        Ok(Self { method: method.to_owned(), settings: Map::new(), orders: orders.to_owned(), tail, share })
-    }
-}
-
-/// A run that can be made.
-struct Part {
-    run: Run,
-    orders: Orders,
-    method: Box<dyn Integrator>,
-}
-
 /// Methods that share the orders.
 pub struct Composite {
     parts: Vec<Part>,
-}
-
-impl Part {
-    fn new(run: Run, methods: &Methods) -> Result<Self, String> {
-        let Run { method: name, orders, share, settings, .. } = &run;
-        if name == NAME {
-            return Err("a composite cannot be made of composites; name the methods".to_owned());
-        }
-        if !(*share > 0.0 && share.is_finite()) {
-            return Err(format!("the share {share:?} of {name} is no part of the samples; give a positive number"));
-        }
-        let all = scenes::description::MAX_ORDER;
-        let orders = match orders.as_str() {
-            "" if run.tail => Orders::up_to(all).only(|_| false),
-            list => Orders::parse(list, all).map_err(|reason| format!("orders of {name}: {reason}"))?,
-        };
-        let method = methods.build(name, &Value::Object(settings.clone())).map_err(|e| e.to_string())?;
-        let why_not = match method.bias() {
-            Bias::None if method.iterates() => Some("its samples work in iterations"),
-            Bias::None if !method.samples_are_independent() => Some("its samples are those of chains"),
-            Bias::None => None,
-            _ => Some("it is biased"),
-        };
-        match why_not {
-            Some(why) => Err(format!("{name} cannot be a part: {why}; take path, light or bdpt")),
-            None => Ok(Self { run, orders, method }),
-        }
-    }
-
-    /// What is asked of it where this is asked for.
-    fn request(&self, whole: &Request) -> Request {
-        let of_both = |k: &usize| self.orders.contains(*k);
-        let orders = whole.orders().clone().only(|k| of_both(&k) && self.method.orders(k).contains(&k));
-        Request::new(orders, whole.tail() && self.run.tail).with_parts(whole.parts().clone())
-    }
 }
 
 impl Composite {
@@ -140,13 +60,8 @@ impl Composite {
         let runs = runs.map_err(|reason| bad(format!("setting `runs`: {reason}")))?;
         let parts = runs.into_iter().map(|run| Part::new(run, methods)).collect::<Result<Vec<_>, _>>().map_err(bad)?;
         for (i, part) in parts.iter().enumerate() {
-            for other in &parts[..i] {
-                let tail = part.run.tail && other.run.tail;
-                let both = part.orders.iter().find(|&k| other.orders.contains(k));
-                if tail || both.is_some() {
-                    let what = both.map_or("the tail".to_owned(), |order| format!("order {order}"));
-                    return Err(bad(format!("two runs estimate {what}; leave it to one of them")));
-                }
+            if let Some(what) = parts[..i].iter().find_map(|other| part.in_common(other)) {
+                return Err(bad(format!("two runs estimate {what}; leave it to one of them, or each region to one")));
             }
         }
         Ok(Self { parts })
@@ -198,13 +113,22 @@ impl Integrator for Composite {
             return Some("it has no runs; give some, such as --set 'runs=light:0:0.2;path:1-8:0.8'".to_owned());
         }
         let requests: Vec<Request> = self.parts.iter().map(|part| part.request(request)).collect();
-        let lost = |layer: &&Layer| !requests.iter().any(|request| request.layers().contains(layer));
-        if let Some(layer) = request.layers().iter().find(lost) {
+        let runs_of = |layer: &Layer| -> Vec<&Run> {
+            let with = self.parts.iter().zip(&requests).filter(|(_, request)| request.layers().contains(layer));
+            with.map(|(part, _)| &part.run).collect()
+        };
+        for layer in request.layers() {
             let what = match layer {
                 Layer::Order(order) => format!("order {order}"),
                 Layer::Tail => "the tail".to_owned(),
             };
-            return Some(format!("no run estimates {what}; add it to a run whose method can"));
+            let runs = runs_of(layer);
+            if runs.is_empty() {
+                return Some(format!("no run estimates {what}; add it to a run whose method can"));
+            }
+            if !regions::cover_all(&runs.iter().map(|run| run.regions.as_ref()).collect::<Vec<_>>()) {
+                return Some(format!("no run estimates {what} in all of the image; give the regions left to a run"));
+            }
         }
         let with_part = self.parts.iter().zip(&requests).filter(|(_, request)| !request.layers().is_empty());
         let mut reasons =
@@ -237,53 +161,58 @@ impl Integrator for Composite {
     }
 
     fn begin<'a>(&'a self, scene: &'a Scene, request: &'a Request, replicate: Replicate) -> Box<dyn Pass + 'a> {
-        let begin = |run: AtWork<'a>| RunPass {
-            pass: run.method.begin(scene, run.request, run.replicate),
-            request: run.request,
-            samples: run.replicate.samples,
-            scale: run.scale,
-        };
-        let runs = self.at_work(request.runs(), replicate).into_iter().map(begin).collect();
+        let size = (scene.camera.width(), scene.camera.height());
+        let begin = |run: AtWork<'a>| RunPass { pass: run.method.begin(scene, run.request, run.replicate), run };
+        let runs = self.at_work(request.runs(), replicate, size).into_iter().map(begin).collect();
         Box::new(CompositePass { runs, samples: replicate.samples })
     }
 }
 
-/// A run with something to do in a replicate.
+/// A run with something to do in a replicate, in all pixels that have the same number of its samples.
 struct AtWork<'a> {
     method: &'a dyn Integrator,
     request: &'a Request,
     replicate: Replicate,
     /// How often what it brings counts.
     scale: f32,
+    windows: Vec<Window>,
 }
 
 impl Composite {
-    /// The runs that have something to do, with their samples.
-    fn at_work<'a>(&'a self, requests: &'a [Request], replicate: Replicate) -> Vec<AtWork<'a>> {
+    /// The runs that have something to do in an image of this width and height, with their samples.
+    fn at_work<'a>(
+        &'a self,
+        requests: &'a [Request],
+        replicate: Replicate,
+        (width, height): (u32, u32),
+    ) -> Vec<AtWork<'a>> {
         let busy = self.parts.iter().zip(requests).enumerate().filter(|(_, (_, r))| !r.layers().is_empty());
         let busy: Vec<_> = busy.collect();
         let shares: f64 = busy.iter().map(|(_, (part, _))| part.run.share).sum();
         let all = f64::from(replicate.samples);
-        let run = |(i, (part, request)): (usize, (&'a Part, &'a Request))| {
-            let samples = (all * part.run.share / shares).round().max(1.0);
-            let replicate = Replicate { key: replicate.key.of_part(i as u32), samples: samples as u32, ..replicate };
-            AtWork {
+        let mut at_work = Vec::new();
+        for (i, (part, request)) in busy {
+            let average = all * part.run.share / shares;
+            let samples = match &part.run.regions {
+                Some(regions) => regions.samples(average, width, height),
+                None => vec![(average.round().max(1.0) as u32, vec![Window::whole(width, height)])],
+            };
+            at_work.extend(samples.into_iter().map(|(samples, windows)| AtWork {
                 method: &*part.method,
                 request,
-                replicate,
-                scale: fault!("share_of_a_run_forgotten", all / samples, 1.0) as f32,
-            }
-        };
-        busy.into_iter().map(run).collect()
+                replicate: Replicate { key: replicate.key.of_part(i as u32), samples, ..replicate },
+                scale: fault!("share_of_a_run_forgotten", all / f64::from(samples), 1.0) as f32,
+                windows,
+            }));
+        }
+        at_work
     }
 }
 
 /// A replicate of one run.
 struct RunPass<'a> {
     pass: Box<dyn Pass + 'a>,
-    request: &'a Request,
-    samples: u32,
-    scale: f32,
+    run: AtWork<'a>,
 }
 
 /// A replicate of all runs.
@@ -300,25 +229,32 @@ impl Pass for CompositePass<'_> {
     }
 
     fn run(&self, block: Block, out: &mut BlockFilm) {
-        for run in &self.runs {
+        for RunPass { pass, run } in &self.runs {
             // A run has got as far with its samples as all have with theirs.
-            let place = |sample: u32| (u64::from(sample) * u64::from(run.samples)).div_ceil(u64::from(self.samples));
-            let samples = place(block.samples.start) as u32..place(block.samples.end) as u32;
-            if !samples.is_empty() {
-                out.set_scale(run.scale);
-                run.pass.run(Block { samples, ..block.clone() }, out);
+            let own = u64::from(run.replicate.samples);
+            let place = |sample: u32| (u64::from(sample) * own).div_ceil(u64::from(self.samples)) as u32;
+            let samples = place(block.samples.start)..place(block.samples.end);
+            if samples.is_empty() {
+                continue;
+            }
+            out.set_scale(run.scale);
+            for tile in run.windows.iter().map(|window| block.tile.within(window)).filter(|tile| !tile.is_empty()) {
+                pass.run(Block { tile, samples: samples.clone() }, out);
             }
         }
     }
 
     fn replay(&mut self, pixel: (u32, u32), sample: u32, show: &mut dyn FnMut(&Contribution)) -> bool {
-        for run in self.runs.iter_mut().filter(|run| sample < run.samples) {
+        for RunPass { pass, run } in &mut self.runs {
+            if sample >= run.replicate.samples || !run.windows.iter().any(|window| window.contains(pixel)) {
+                continue;
+            }
             let mut scaled = |c: &Contribution| {
                 if run.request.wants(c.technique.order()) {
                     show(&Contribution { weight: c.weight * f64::from(run.scale), ..*c });
                 }
             };
-            run.pass.replay(pixel, sample, &mut scaled);
+            pass.replay(pixel, sample, &mut scaled);
         }
         true
     }

@@ -1,6 +1,7 @@
 use super::*;
 use crate::measurement::Measurement;
 use crate::render::{Render, RenderSettings};
+use crate::request::Orders;
 use sampling::sampler::{Role, SamplerKind};
 use scenes::{LoadOptions, Skip};
 
@@ -63,6 +64,56 @@ fn each_run_takes_its_share_of_the_samples_and_at_least_one() {
     assert_eq!((m.counters.camera_paths, m.counters.light_paths), (pixels * (1 + 8), pixels * 24));
 }
 
+/// |t| < 4.5 for each of four orders in each of four cells: one false alarm in 9 000, for the seed is fixed. The scale of a cell forgotten is
+/// a factor of two or more.
+#[test]
+fn regions_have_samples_of_their_own_and_the_same_mean() {
+    let scene = scene("cornell_box");
+    let runs = json!([
+        {"method": "light", "orders": "0,2-3", "share": 1.0},
+        {"method": "path", "orders": "1", "share": 1.0, "settings": {"strategy": "emitter"}, "regions": [[1, 0], [3, 0]]},
+        {"method": "path", "orders": "1", "share": 0.5, "regions": [[0, 6], [0, 1]]},
+    ]);
+    let composite = composite(runs).unwrap();
+    let path = Methods::standard().build("path", &Value::Null).unwrap();
+    let (a, b) = (measured(&scene, &*composite, 20, 96), measured(&scene, &*path, 10, 96));
+    for (cell, window) in windows((2, 2), 20, 18).enumerate() {
+        for order in 0..=3 {
+            let of = |m: &Measurement| {
+                let (mut mean, mut variance) = (0.0, 0.0);
+                for pixel in window.y.clone().flat_map(|y| window.x.clone().map(move |x| (y * 20 + x) as usize)) {
+                    for at in (pixel * m.layers.len() + order) * 3..(pixel * m.layers.len() + order) * 3 + 3 {
+                        mean += m.mean[at];
+                        variance += m.m2[at] / (f64::from(m.replicates) * f64::from(m.replicates - 1));
+                    }
+                }
+                (mean, variance)
+            };
+            let ((x, u), (y, v)) = (of(&a), of(&b));
+            // Channels go together: the standard deviation of their sum is at most the sum of theirs, √3 times that of independent ones.
+            assert!(
+                (x - y).abs() <= 4.5 * (3.0 * (u + v)).sqrt() && (x > 0.0 || order == 0),
+                "cell {cell}, order {order}: {x} and {y}"
+            );
+        }
+    }
+}
+
+/// Of 20 samples, 8 are those of each run with a share of 0.4: an average of 4 and 12 here, 8 there.
+#[test]
+fn weights_of_regions_are_kept() {
+    let scene = scene("cornell_box");
+    let runs = json!([
+        {"method": "path", "orders": "1", "share": 2.0, "regions": [[1, 3]]},
+        {"method": "path", "orders": "0,2", "share": 2.0, "regions": [[1, 0]]},
+        {"method": "light", "orders": "3", "share": 1.0},
+        {"method": "path", "orders": "0,2", "share": 0.0001, "regions": [[0, 1]]},
+    ]);
+    let m = measured(&scene, &*composite(runs).unwrap(), 20, 1);
+    let half = 10 * 18;
+    assert_eq!((m.counters.camera_paths, m.counters.light_paths), (half * (4 + 12 + 16 + 1), 2 * half * 4));
+}
+
 #[test]
 fn one_run_of_all_orders_has_the_efficiency_of_its_method_and_its_fireflies() {
     let scene = scene("cornell_box");
@@ -105,11 +156,24 @@ fn what_cannot_be_is_refused_with_the_mend() {
     assert!(told(json!([run("mmlt", "0", 1.0)])).contains("chains"));
     assert!(told(json!([run("composite", "0", 1.0)])).contains("composites"));
     assert!(told(json!("path:0-8")).contains("METHOD:ORDERS:SHARE"));
+    let regions =
+        |method: &str, regions: Value| json!({"method": method, "orders": "0-2", "share": 1.0, "regions": regions});
+    assert!(told(json!([regions("light", json!([[1]]))])).contains("light cannot be left to regions"));
+    assert!(told(json!([regions("path", json!([[1, 2], [1]]))])).contains("row 1 of the regions has another length"));
+    assert!(told(json!([regions("path", json!([[1, -2]]))])).contains("the weight -2.0 of a region"));
+    assert!(told(json!([regions("path", json!([[0, 0]]))])).contains("no weight above 0"));
+    assert!(told(json!([regions("path", json!([]))])).contains("give 1 to 64"));
+    assert!(told(json!([regions("path", json!([[1, 0]])), regions("direct", json!([[1, 1]]))])).contains("order 0"));
+    assert!(told(json!([regions("path", json!([[1, 0]])), regions("direct", json!([[0], [1]]))])).contains("order 0"));
+    assert!(told(json!("path:0-8:1:1,x")).contains("`x` is no weight of a region"));
+    assert!(told(json!("path(emitter):0-8:1")).contains("METHOD:ORDERS:SHARE"));
     let request = Request::new(Orders::up_to(2), true);
     let why = |runs: Value| composite(runs).unwrap().unsupported_request(&request);
     assert!(why(json!([])).unwrap().contains("no runs"));
     assert!(why(json!([run("path", "0,2", 1.0)])).unwrap().contains("no run estimates order 1"));
     assert!(why(json!([run("path", "0-2", 1.0)])).unwrap().contains("the tail"));
+    let half = json!([run("path", "0", 1.0), {"method": "path", "orders": "1,2", "share": 1.0, "tail": true, "regions": [[1, 0]]}]);
+    assert!(why(half).unwrap().contains("no run estimates order 1 in all of the image"));
     // `direct` carries no order above the first, whatever it is told to do.
     assert!(why(json!([run("direct", "0-2", 1.0)])).unwrap().contains("order 2"));
 }
@@ -129,10 +193,14 @@ fn runs_are_written_in_brief_and_read_again() {
         {"method": "light", "orders": "0,3", "share": 0.25},
         {"method": "path", "orders": "1-2", "tail": true, "share": 0.1},
         {"method": "bdpt", "orders": "4-9", "share": 0.65},
+        {"method": "path", "settings": {"roulette_start": 5, "strategy": "emitter"}, "orders": "10", "share": 0.5, "regions": [[1.5, 0.0], [2.0, 1.0]]},
     ]);
     let list: Vec<Run> = serde_json::from_value(runs.clone()).unwrap();
     let brief = list.iter().map(Run::brief).collect::<Vec<_>>().join(";");
-    assert_eq!(brief, "light:0,3:0.25;path:1-2+tail:0.1;bdpt:4-9:0.65");
+    assert_eq!(
+        brief,
+        "light:0,3:0.25;path:1-2+tail:0.1;bdpt:4-9:0.65;path(roulette_start=5,strategy=emitter):10:0.5:1.5,0/2,1"
+    );
     assert_eq!(composite(json!(brief)).unwrap().settings(), composite(runs).unwrap().settings());
     assert!(composite(json!("path:+tail:1;bdpt:0-3:1")).is_ok());
 }
