@@ -12,13 +12,12 @@
 //! random numbers: what fits the noise of the first is no gain.
 
 use integrators::{Layer, Methods, Orders, RenderSettings};
-use neumann::choice::TAKE_PART;
+use neumann::choice::entrants;
 use neumann::choice::pilot::{Entry, Pilot, candidates};
 use neumann::choice::search::{Candidate, best, product, sets, shares};
 use neumann::stop::Stop;
 use sampling::sampler::{Role, SamplerKind};
 use scenes::{LoadOptions, Scene};
-use serde_json::Value;
 
 const SIZE: (u32, u32) = (32, 32);
 const REPLICATES: u32 = 32;
@@ -39,7 +38,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let methods = Methods::standard();
     for name in scenes::builtin::NAMES {
         let scene = scenes::load(name, &LoadOptions { size: Some(SIZE), ..LoadOptions::default() })?;
-        let [first, second] = [pilots(&scene, &methods, 1)?, pilots(&scene, &methods, 2)?];
+        let ((labels, first), (_, second)) = (pilots(&scene, &methods, 1)?, pilots(&scene, &methods, 2)?);
         let (assignment, Some(single)) = best(&first).map_err(|k| format!("nothing carries layer {k}"))? else {
             continue;
         };
@@ -47,10 +46,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let composite = of_sets(&first, &sets(&assignment, first.len()));
         let (used, combined) = any_weights(&first);
         let gain = |of: &[Candidate], plan: &Plan| judged(of, &alone) / judged(of, plan);
-        let names: Vec<&str> = used.iter().map(|&m| TAKE_PART[m]).collect();
+        let names: Vec<&str> = used.iter().map(|&m| labels[m].as_str()).collect();
         println!(
             "| `{name}` | `{}` | {:.2} | {:.2} | {:.2} | {} |",
-            TAKE_PART[single],
+            labels[single],
             gain(&second, &composite),
             gain(&second, &combined),
             gain(&first, &combined),
@@ -60,8 +59,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// What is known of every method by pilots of this number.
-fn pilots(scene: &Scene, methods: &Methods, number: u32) -> Result<Vec<Candidate>, Box<dyn std::error::Error>> {
+/// The methods, and what is known of each by pilots of this number, for the image as a whole.
+fn pilots(
+    scene: &Scene,
+    methods: &Methods,
+    number: u32,
+) -> Result<(Vec<String>, Vec<Candidate>), Box<dyn std::error::Error>> {
     let settings = RenderSettings {
         orders: Orders::up_to(MAX_ORDER),
         tail: false,
@@ -72,9 +75,8 @@ fn pilots(scene: &Scene, methods: &Methods, number: u32) -> Result<Vec<Candidate
         role: Role::Pilot,
     };
     let layers: Vec<Layer> = (0..=MAX_ORDER).map(Layer::Order).collect();
-    let methods = TAKE_PART.map(|name| methods.build(name, &Value::Null));
-    let methods: Vec<_> = methods.into_iter().collect::<Result<_, _>>()?;
-    let entries: Vec<Entry> = methods.iter().map(|method| Entry::new(scene, &**method, &settings, &layers)).collect();
+    let part = entrants(scene, methods, &mut Vec::new())?;
+    let entries: Vec<Entry> = part.iter().map(|(run, m)| Entry::new(scene, run, &**m, &settings, &layers)).collect();
     let mut pilots = Vec::new();
     for entry in &entries {
         pilots.push(Pilot::new(scene, entry.method, entry.of_layers(&entry.own(&layers), number, SAMPLES))?);
@@ -82,7 +84,9 @@ fn pilots(scene: &Scene, methods: &Methods, number: u32) -> Result<Vec<Candidate
     for _ in 0..REPLICATES {
         pilots.iter_mut().try_for_each(|pilot| pilot.step(&Stop::never()))?;
     }
-    Ok(candidates(scene, &entries, &pilots, &layers, &Stop::never())?)
+    let mut found = candidates(scene, &entries, &pilots, &layers, &Stop::never())?;
+    found.iter_mut().for_each(|candidate| candidate.cells.clear());
+    Ok((part.iter().map(|(run, _)| run.label()).collect(), found))
 }
 
 /// The plan that gives every layer whole to one method.

@@ -79,6 +79,7 @@ const FAULTS: &[(&str, &str)] = &[
     ("camera_connections_left_out_of_the_sum", "mis_weights::weights_of_all_strategies_sum_to_one"),
     ("guide_left_out_of_weights", "guided::diffuse_rooms"),
     ("share_of_a_run_forgotten", "composite::any_runs_have_the_means_of_one_method"),
+    ("orders_of_other_runs_counted", "composite::runs_in_regions_have_the_means_of_one_method_in_every_built_in_scene"),
     ("noise_of_the_reference_ignored", "coverage::synthetic::intervals_of_errors_cover_the_truth"),
     ("normal_quantile_for_students", "coverage::synthetic::intervals_of_means_cover_the_truth"),
     ("many_tests_taken_for_one", "cli::evidence::a_scene_is_verified_in_words_and_in_json"),

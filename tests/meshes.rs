@@ -57,7 +57,7 @@ fn emitters_on_meshes_shine_as_quads_do() {
     for (lamp, name) in
         [(Lamp::Mesh, "mesh"), (Lamp::MirroredMesh, "mirrored mesh"), (Lamp::MirroredQuad, "mirrored quad")]
     {
-        for integrator in ALL {
+        for integrator in ALL.into_iter().chain(["composite"]) {
             let method = plain(integrator);
             let m = measure(&room(lamp), method.as_ref(), &format!("{name} {integrator}"), budget);
             for layer in method.orders(3) {

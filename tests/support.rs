@@ -50,10 +50,26 @@ pub fn method_with(name: &str, settings: Value) -> Box<dyn Integrator> {
     Methods::standard().build(name, &settings).unwrap()
 }
 
-/// A method of the list without roulette, which makes high orders rare.
+/// A method of the list without roulette, which makes high orders rare. A composite has [`divided`] runs.
 pub fn plain(name: &str) -> Box<dyn Integrator> {
-    let has_none = ["direct", "mmlt"].contains(&name);
-    method_with(name, if has_none { json!({}) } else { json!({"roulette": "none"}) })
+    let settings = match name {
+        "direct" | "mmlt" => json!({}),
+        "composite" => divided("2-8"),
+        _ => json!({"roulette": "none"}),
+    };
+    method_with(name, settings)
+}
+
+/// A composite without roulette whose orders 0 and 1 are left to several methods, in regions with samples that differ by a factor of six, and the
+/// `rest` to `bdpt`.
+pub fn divided(rest: &str) -> Value {
+    let none = json!({"roulette": "none"});
+    json!({"runs": [
+        {"method": "path", "orders": "1", "share": 1.0, "regions": [[4, 1, 0], [1, 0, 2]], "settings": none},
+        {"method": "light", "orders": "0", "share": 1.0, "settings": none},
+        {"method": "direct", "orders": "1", "share": 0.5, "regions": [[0, 0, 1], [0, 6, 0]]},
+        {"method": "bdpt", "orders": rest, "share": 2.0, "settings": none},
+    ]})
 }
 
 /// A built-in scene at a small size.

@@ -170,6 +170,8 @@ impl Integrator for Composite {
 
 /// A run with something to do in a replicate, in all pixels that have the same number of its samples.
 struct AtWork<'a> {
+    /// Its number.
+    number: usize,
     method: &'a dyn Integrator,
     request: &'a Request,
     replicate: Replicate,
@@ -198,6 +200,7 @@ impl Composite {
                 None => vec![(average.round().max(1.0) as u32, vec![Window::whole(width, height)])],
             };
             at_work.extend(samples.into_iter().map(|(samples, windows)| AtWork {
+                number: i,
                 method: &*part.method,
                 request,
                 replicate: Replicate { key: replicate.key.of_part(i as u32), samples, ..replicate },
@@ -237,7 +240,7 @@ impl Pass for CompositePass<'_> {
             if samples.is_empty() {
                 continue;
             }
-            out.set_scale(run.scale);
+            out.set_run(run.number, run.scale);
             for tile in run.windows.iter().map(|window| block.tile.within(window)).filter(|tile| !tile.is_empty()) {
                 pass.run(Block { tile, samples: samples.clone() }, out);
             }

@@ -38,6 +38,8 @@ pub struct BlockFilm<'r> {
     share: f32,
     /// How often all of a run of a composite counts.
     scale: f32,
+    /// The run of a composite that is at work.
+    run: Option<usize>,
     sums: Vec<f64>,
     splats: Splats,
     /// Non-finite contributions, per layer.
@@ -62,6 +64,7 @@ impl<'r> BlockFilm<'r> {
             weight: 1.0,
             share: 1.0,
             scale: 1.0,
+            run: None,
             sums: vec![0.0; pixels * layers * 3],
             splats: Splats::new(window.height().div_ceil(TILE) as usize),
             window,
@@ -82,7 +85,7 @@ impl<'r> BlockFilm<'r> {
     pub fn start(&mut self, tile: Window) {
         self.pixel = (tile.x.start, tile.y.start);
         self.weight = 1.0;
-        self.set_scale(1.0);
+        (self.scale, self.share, self.run) = (1.0, 1.0, None);
         self.tile = tile;
         self.sums.fill(0.0);
         self.splats.clear();
@@ -91,10 +94,11 @@ impl<'r> BlockFilm<'r> {
         self.counters = Counters::default();
     }
 
-    /// Makes the samples from here on count so many times.
-    pub fn set_scale(&mut self, scale: f32) {
+    /// Turns to a run of a composite: samples from here on count so many times, and only where the run is asked for their orders.
+    pub fn set_run(&mut self, run: usize, scale: f32) {
         self.scale = scale;
         self.share = scale;
+        self.run = Some(run);
     }
 
     /// Ends the block.
@@ -200,6 +204,10 @@ impl BlockFilm<'_> {
     #[inline]
     fn counted(&mut self, c: &Contribution) -> Option<(usize, Spectrum)> {
         let layer = self.request.layer(c.technique.order())?;
+        let foreign = |run: usize| !self.request.runs()[run].wants(c.technique.order());
+        if self.run.is_some_and(|run| fault!("orders_of_other_runs_counted", foreign(run), false)) {
+            return None;
+        }
         let value = c.value * c.weight as f32;
         if let Some(fireflies) = &mut self.fireflies {
             let size = size(value) * self.scale;

@@ -1,13 +1,14 @@
 //! Which method for which order: the runs of a [`composite`], chosen by pilots.
 //!
-//! Of every method that may take part a first pilot measures the covariances between its orders, and renders of single orders count the
-//! rays that each of them takes; from these follows [who does what](search). Then a second pilot, on other random numbers, renders
+//! Of every [method that may take part](TAKE_PART) a first pilot measures the covariances between its orders, and renders of single orders count the
+//! rays that each of them takes; from these follows [who does what](search), and [in which regions of the image](regions). Then a second pilot, on other random numbers, renders
 //! the runs that were chosen and the best single method, and from what it finds follow the shares of the samples and the gain that is predicted:
 //! the first pilot's variances were chosen for being small, and are too small on average. What the composite renders shares no number with either.
 
 use crate::error::Error;
 use crate::stop::Stop;
 use crate::subject::small_size;
+use confirm::{Group, confirm};
 use integrators::composite::{self, Run};
 use integrators::{Integrator, Layer, Methods, RenderSettings, Request};
 use pilot::{Entry, Pilot, REPLICATES};
@@ -18,12 +19,15 @@ use std::time::Instant;
 
 pub use gain::gains;
 
+mod confirm;
 mod gain;
 pub mod pilot;
+pub mod regions;
 pub mod search;
 
-/// The methods that take part.
-pub const TAKE_PART: [&str; 3] = ["path", "light", "bdpt"];
+/// The methods that take part, with settings.
+pub const TAKE_PART: [(&str, &[(&str, &str)]); 4] =
+    [("path", &[]), ("light", &[]), ("bdpt", &[]), ("path", &[("strategy", "emitter")])];
 /// The part of a method's time that is taken for pilots, if a sample a pixel of each takes no more.
 pub const PILOT_PART: f64 = 0.05;
 /// The most samples of a pilot's image.
@@ -38,6 +42,9 @@ pub struct Choice {
     pub single: String,
     /// The composite's efficiency over that one's, as predicted, on the image's sum; `None` where there is none, or nothing varies.
     pub gain: Option<f64>,
+    /// Its 95 % interval, by what is known of variances; `None` where there is nothing to be predicted.
+    #[serde(default)]
+    pub gain_interval: Option<(f64, f64)>,
     /// Methods that take no part, and why.
     pub left_out: Vec<String>,
     /// What choosing took \[s\].
@@ -53,16 +60,28 @@ pub struct ChosenRun {
     pub layers: Vec<String>,
     /// The part of the time that it takes.
     pub time: f64,
-    /// What it adds to the variance of one of the composite's samples, as predicted.
+    /// What its layers have of the variance of one of the composite's samples, as predicted; runs with the same layers, in other regions, have the same.
     pub variance: f64,
     /// The same of one sample of the best single method, in the same orders.
     pub single: Option<f64>,
 }
 
+impl ChosenRun {
+    /// ` in 12 of 64 regions`, where it is not at work in all of the image.
+    pub fn regions(&self) -> String {
+        let Some(regions) = &self.run.regions else { return String::new() };
+        let weights = regions.weights();
+        match weights.iter().filter(|weight| **weight > 0.0).count() {
+            some if some < weights.len() => format!(" in {some} of {} regions", weights.len()),
+            _ => " by regions".to_owned(),
+        }
+    }
+}
+
 impl Choice {
     /// Who does what: `path orders 1, light orders 0, 2 to 8`.
     pub fn who_does_what(&self) -> String {
-        let run = |run: &ChosenRun| format!("{} orders {}", run.run.method, in_ranges(&run.layers));
+        let run = |run: &ChosenRun| format!("{} orders {}{}", run.run.label(), in_ranges(&run.layers), run.regions());
         self.runs.iter().map(run).collect::<Vec<_>>().join(", ")
     }
 
@@ -72,9 +91,15 @@ impl Choice {
         format!("runs={}", brief.join(";"))
     }
 
+    /// The gain that is predicted, with its interval.
+    pub fn predicted(&self) -> Option<String> {
+        let interval = self.gain_interval.map_or(String::new(), |(low, high)| format!(" [{low:.3}, {high:.3}]"));
+        Some(format!("{:.3}{interval}", self.gain?))
+    }
+
     /// Who does what, and how the same is had again.
     pub fn in_words(&self) -> String {
-        let gain = self.gain.map(|gain| format!("; predicted efficiency over {}: {gain:.3}", self.single));
+        let gain = self.predicted().map(|gain| format!("; predicted efficiency over {}: {gain}", self.single));
         let gain = gain.unwrap_or_default();
         format!("{}{gain}; the same runs again: --set '{}'", self.who_does_what(), self.setting())
     }
@@ -114,14 +139,24 @@ impl Choice {
     }
 }
 
-/// The methods that take part, and sentences about the others.
-fn entrants(scene: &Scene, methods: &Methods, left_out: &mut Vec<String>) -> Result<Vec<Box<dyn Integrator>>, Error> {
+/// The methods that take part, with the run of no orders yet that each would be; sentences about the others go into `left_out`.
+///
+/// # Errors
+/// None, unless the registry has changed.
+pub fn entrants(
+    scene: &Scene,
+    methods: &Methods,
+    left_out: &mut Vec<String>,
+) -> Result<Vec<(Run, Box<dyn Integrator>)>, Error> {
     let mut part = Vec::new();
-    for name in TAKE_PART {
-        let method = methods.build(name, &Value::Null)?;
+    for (name, settings) in TAKE_PART {
+        let settings = settings.iter().map(|&(key, value)| (key.to_owned(), Value::from(value))).collect();
+        let (method, orders) = (name.to_owned(), String::new());
+        let run = Run { method, settings, orders, tail: false, share: 1.0, regions: None };
+        let method = methods.build(name, &Value::Object(run.settings.clone()))?;
         match method.unsupported(scene) {
-            Some(reason) => left_out.push(format!("{name} takes no part: {reason}")),
-            None => part.push(method),
+            Some(reason) => left_out.push(format!("{} takes no part: {reason}", run.label())),
+            None => part.push((run, method)),
         }
     }
     Ok(part)
@@ -137,13 +172,14 @@ fn choose(
     let layers = Request::new(settings.orders.clone(), settings.tail).layers().to_vec();
     let mut left_out = Vec::new();
     let part = entrants(scene, methods, &mut left_out)?;
-    let mut entries: Vec<Entry> = part.iter().map(|method| Entry::new(scene, &**method, settings, &layers)).collect();
+    let mut entries: Vec<Entry> =
+        part.iter().map(|(run, method)| Entry::new(scene, run, &**method, settings, &layers)).collect();
     entries.retain(|entry| entry.carries.contains(&true));
     for entry in &entries {
         let lost: Vec<String> =
             layers.iter().zip(&entry.carries).filter(|(_, c)| !**c).map(|(layer, _)| layer.label()).collect();
         if !lost.is_empty() {
-            left_out.push(format!("{} does not carry all light of order {}", entry.method.name(), lost.join(", ")));
+            left_out.push(format!("{} does not carry all light of order {}", entry.run.label(), lost.join(", ")));
         }
     }
     let no_method = |k: usize| {
@@ -163,10 +199,17 @@ fn choose(
     }
     take_turns(&mut pilots, stop)?;
     let candidates = pilot::candidates(scene, &entries, &pilots, &layers, stop)?;
-    let (assignment, single) = search::best(&candidates).map_err(no_method)?;
-    let sets = search::sets(&assignment, entries.len());
+    let (assignment, _) = search::best(&candidates).map_err(no_method)?;
+    let whole = |&m: &usize| candidates[m].carries.iter().all(|&carries| carries);
+    let whole: Vec<(usize, &Pilot)> = (0..entries.len()).filter(whole).map(|m| (m, &pilots[m])).collect();
+    let mut groups = Vec::new();
+    for (m, set) in search::sets(&assignment, entries.len()).into_iter().enumerate().filter(|(_, set)| !set.is_empty())
+    {
+        let division = regions::divide(scene, &entries, &candidates, &layers, (m, &set), stop)?;
+        groups.push(Group { m, layers: set.iter().map(|&k| layers[k]).collect(), division });
+    }
     let first: f64 = pilots.iter().map(|pilot| pilot.seconds() * f64::from(samples * REPLICATES)).sum();
-    confirm(scene, &entries, (&layers, &sets, single), samples, stop).map(|choice| Choice {
+    confirm(scene, &entries, (&layers, &groups, &whole), samples, stop).map(|choice| Choice {
         left_out,
         pilot_seconds: choice.pilot_seconds + first,
         ..choice
@@ -201,79 +244,6 @@ fn take_turns(pilots: &mut [Pilot], stop: &Stop) -> Result<(), Error> {
         pilots.iter_mut().try_for_each(|pilot| pilot.step(stop))?;
     }
     Ok(())
-}
-
-/// Measures the runs chosen, and what the best single method does in the same layers and in all.
-fn confirm(
-    scene: &Scene,
-    entries: &[Entry],
-    (layers, sets, single): (&[Layer], &[Vec<usize>], Option<usize>),
-    samples: u32,
-    stop: &Stop,
-) -> Result<Choice, Error> {
-    let busy: Vec<usize> = (0..entries.len()).filter(|&m| !sets[m].is_empty()).collect();
-    let of = |m: usize| -> Vec<Layer> { sets[m].iter().map(|&k| layers[k]).collect() };
-    let mut pilots = Vec::new();
-    for &m in &busy {
-        pilots.push(Pilot::new(scene, entries[m].method, entries[m].of_layers(&of(m), 2, samples))?);
-    }
-    let runs = busy.len();
-    // Where none carries all by itself, there is nothing to be compared with.
-    if let Some(single) = single {
-        let mut alone = |layers: &[Layer]| -> Result<(), Error> {
-            pilots.push(Pilot::new(scene, entries[single].method, entries[single].of_layers(layers, 4, samples))?);
-            Ok(())
-        };
-        alone(layers)?;
-        busy.iter().try_for_each(|&m| alone(&of(m)))?;
-    }
-    take_turns(&mut pilots, stop)?;
-    let found: Vec<(f64, f64)> = pilots.iter().map(|pilot| (pilot.variance(), pilot.seconds())).collect();
-    let shares = search::shares(&found[..runs]);
-    let time: f64 = found.iter().zip(&shares).map(|((_, seconds), share)| seconds * share).sum();
-    let own = found.get(runs).map(|(variance, seconds)| variance * seconds);
-    let chosen = busy.iter().enumerate().map(|(i, &m)| {
-        let layers = of(m);
-        ChosenRun {
-            run: run_of(&entries[m], &layers, shares[i]),
-            layers: layers.iter().map(|layer| layer.label()).collect(),
-            time: found[i].1 * shares[i] / time,
-            variance: found[i].0 / shares[i],
-            single: found.get(runs + 1 + i).map(|(variance, _)| *variance),
-        }
-    });
-    let choice = Choice {
-        runs: chosen.collect(),
-        single: single.map_or(String::new(), |m| entries[m].method.name().to_owned()),
-        gain: own.map(|own| own / search::product(&found[..runs], &shares)).filter(|gain| gain.is_finite()),
-        left_out: Vec::new(),
-        pilot_seconds: 0.0,
-    };
-    // Nothing is won by a division that the second pilot finds worse, or that is none.
-    let is_worse = choice.gain.is_some_and(|gain| gain < 1.0);
-    match single.filter(|single| is_worse || busy == [*single]) {
-        Some(single) => {
-            Ok(Choice { gain: Some(1.0), runs: vec![alone_run(&entries[single], layers, found[runs].0)], ..choice })
-        }
-        None => Ok(choice),
-    }
-}
-
-/// The best method by itself, where no division is better.
-fn alone_run(entry: &Entry, layers: &[Layer], variance: f64) -> ChosenRun {
-    let run = run_of(entry, layers, 1.0);
-    ChosenRun { run, layers: layers.iter().map(|l| l.label()).collect(), time: 1.0, variance, single: Some(variance) }
-}
-
-fn run_of(entry: &Entry, layers: &[Layer], share: f64) -> Run {
-    let orders: Vec<String> = layers.iter().filter(|layer| **layer != Layer::Tail).map(|layer| layer.label()).collect();
-    Run {
-        method: entry.method.name().to_owned(),
-        settings: serde_json::Map::new(),
-        orders: orders.join(","),
-        tail: layers.contains(&Layer::Tail),
-        share,
-    }
 }
 
 /// Labels of orders as a list of ranges: `0, 2 to 4, tail`.

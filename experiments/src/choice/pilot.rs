@@ -1,13 +1,16 @@
 //! What a pilot finds of a method: the covariances of its layers, and what they cost.
 
+use super::regions;
 use super::search::{Candidate, Cost};
 use crate::error::Error;
 use crate::path_class::{carries, largest_hit, missing};
 use crate::statistics::covariances::Covariances;
 use crate::statistics::positive;
 use crate::stop::Stop;
+use integrators::composite::Run;
 use integrators::measurement::Counters;
-use integrators::{Integrator, Layer, Render, RenderSettings, Request};
+use integrators::{Integrator, Layer, Render, RenderSettings, Request, Window};
+use sampling::moments::Moments;
 use sampling::sampler::Role;
 use scenes::Scene;
 
@@ -22,6 +25,8 @@ const MISSES: f64 = 2.0;
 
 /// A method that may take part.
 pub struct Entry<'m> {
+    /// The run that it would be, of no orders yet.
+    pub run: &'m Run,
     /// The method.
     pub method: &'m dyn Integrator,
     /// How it would render all layers.
@@ -32,7 +37,13 @@ pub struct Entry<'m> {
 
 impl<'m> Entry<'m> {
     /// A method in a scene that it supports.
-    pub fn new(scene: &Scene, method: &'m dyn Integrator, settings: &RenderSettings, layers: &[Layer]) -> Self {
+    pub fn new(
+        scene: &Scene,
+        run: &'m Run,
+        method: &'m dyn Integrator,
+        settings: &RenderSettings,
+        layers: &[Layer],
+    ) -> Self {
         let max_order = settings.orders.max_order();
         let lost = missing(method, scene);
         let range = method.orders(max_order);
@@ -46,7 +57,7 @@ impl<'m> Entry<'m> {
             role: Role::Pilot,
             ..settings.clone()
         };
-        Self { method, settings, carries }
+        Self { run, method, settings, carries }
     }
 
     /// Its settings for some layers alone; `number` tells pilots from one another.
@@ -70,6 +81,8 @@ pub struct Pilot<'a> {
     samples: f64,
     pixels: f64,
     covariances: Covariances,
+    /// The same of the cells that may be regions, for a method that has such.
+    cells: Vec<(Window, Covariances)>,
 }
 
 impl<'a> Pilot<'a> {
@@ -82,8 +95,13 @@ impl<'a> Pilot<'a> {
         let layers = Request::new(settings.orders.clone(), settings.tail).layers().to_vec();
         let pixels = scene.camera.width() as usize * scene.camera.height() as usize;
         let covariances = Covariances::new(pixels, layers.len());
+        let of_cell = |cell: Window| {
+            let pixels = cell.width() as usize * cell.height() as usize;
+            (cell, Covariances::new(pixels, layers.len()))
+        };
+        let cells = if method.splats() { Vec::new() } else { regions::cells(scene).map(of_cell).collect() };
         let render = Render::new(scene, method, settings)?;
-        Ok(Self { render, layers, samples, pixels: pixels as f64, covariances })
+        Ok(Self { render, layers, samples, pixels: pixels as f64, covariances, cells })
     }
 
     /// Renders an image more.
@@ -93,6 +111,11 @@ impl<'a> Pilot<'a> {
     pub fn step(&mut self, stop: &Stop) -> Result<(), Error> {
         self.render.run_replicate(&|_| {});
         self.covariances.push(|layer, pixel| self.render.last_replicate(layer, pixel));
+        let row = self.render.window().width();
+        for (cell, covariances) in &mut self.cells {
+            let place = |i: u32| (cell.y.start + i / cell.width()) * row + cell.x.start + i % cell.width();
+            covariances.push(|layer, i| self.render.last_replicate(layer, place(i as u32) as usize));
+        }
         stop.check()
     }
 
@@ -103,13 +126,34 @@ impl<'a> Pilot<'a> {
 
     /// The variance of one sample of all layers' sum, image and channel mean.
     pub fn variance(&self) -> f64 {
-        let squares = self.covariances.squares_of_sum();
+        self.variance_of(&self.covariances)
+    }
+
+    /// The same of some of the layers' sum.
+    pub fn variance_over(&self, layers: &[Layer]) -> f64 {
+        let own: Vec<usize> = (0..self.layers.len()).filter(|&i| layers.contains(&self.layers[i])).collect();
+        let pairs = own.iter().flat_map(|&i| own.iter().map(move |&j| (i, j)));
+        pairs.map(|(i, j)| self.covariances.value(i, j)).sum::<f64>() * self.samples
+    }
+
+    /// What each replicate but the first adds to the variance of the sum, see [`positive`].
+    pub fn squares(&self) -> Vec<f64> {
+        self.covariances.squares_of_sum()
+    }
+
+    /// The same cell by cell.
+    pub fn variances(&self) -> Vec<f64> {
+        self.cells.iter().map(|(_, covariances)| self.variance_of(covariances)).collect()
+    }
+
+    fn variance_of(&self, covariances: &Covariances) -> f64 {
+        let squares = covariances.squares_of_sum();
         squares.iter().sum::<f64>() / squares.len() as f64 * self.samples
     }
 
     /// Image means and their standard errors, layer by layer.
     fn means(&self) -> Vec<(f64, f64)> {
-        let moments = |layer: usize| -> sampling::moments::Moments {
+        let moments = |layer: usize| -> Moments {
             self.render.replicate_means().map(|means| means[layer].iter().sum::<f64>() / 3.0).collect()
         };
         (0..self.layers.len()).map(moments).map(|m| (m.mean, m.variance_of_mean().sqrt())).collect()
@@ -145,35 +189,40 @@ pub fn candidates(
     let mut candidates = Vec::new();
     for (m, (entry, pilot)) in entries.iter().zip(pilots).enumerate() {
         let carries = (0..layers.len()).map(|k| !lacks(m, k)).collect();
-        let mut covariance = covariance(pilot, layers);
+        let doubts = doubts(pilot);
+        let of = |covariances: &Covariances| covariance(pilot, covariances, &doubts, layers);
+        let mut covariance = of(&pilot.covariances);
+        let mut cells: Vec<Vec<f64>> = pilot.cells.iter().map(|(_, cell)| of(cell)).collect();
         for (k, &layer) in layers.iter().enumerate() {
             // Light that is met by chance alone comes in pieces as bright as the emitter: what is missing yet will bring as much variance.
             let hit = largest_hit(entry.method, scene, layer).iter().sum::<f64>() / 3.0;
             let missing = deficit(m, k, MISSES).map_or(0.0, |(deficit, _)| deficit.max(0.0));
-            covariance[k * (layers.len() + 1)] += hit * missing;
+            cells.iter_mut().chain([&mut covariance]).for_each(|own| own[k * (layers.len() + 1)] += hit * missing);
         }
         let cost = cost(scene, entry, layers, stop)?;
         let own: Vec<usize> = (0..layers.len()).filter(|&k| entry.carries[k]).collect();
         let work = cost.of(&own);
-        candidates.push(Candidate { carries, covariance, cost: cost.times(pilot.seconds() / work.max(1.0)) });
+        candidates.push(Candidate { carries, covariance, cells, cost: cost.times(pilot.seconds() / work.max(1.0)) });
     }
     Ok(candidates)
 }
 
-/// Covariances of one sample; each layer is taken to vary as much as its variance's interval allows, for few images may have missed what is rare.
-fn covariance(pilot: &Pilot, layers: &[Layer]) -> Vec<f64> {
-    let place = |layer: &Layer| pilot.layers.iter().position(|own| own == layer);
-    let places: Vec<Option<usize>> = layers.iter().map(place).collect();
+/// By how much the standard deviation of each of a pilot's layers may be greater than it is found to be, as its variance's interval allows: few images
+/// may have missed what is rare.
+fn doubts(pilot: &Pilot) -> Vec<f64> {
     let doubt = |own: usize| {
         let found = positive::variance(pilot.covariances.squares(own), own as u64);
         found.interval.map_or(1.0, |(_, high)| (high / found.value).sqrt())
     };
-    let doubts: Vec<f64> = (0..pilot.layers.len()).map(doubt).collect();
+    (0..pilot.layers.len()).map(doubt).collect()
+}
+
+/// Covariances of one sample between all layers, those that the pilot has not being 0.
+fn covariance(pilot: &Pilot, covariances: &Covariances, doubts: &[f64], layers: &[Layer]) -> Vec<f64> {
+    let place = |layer: &Layer| pilot.layers.iter().position(|own| own == layer);
+    let places: Vec<Option<usize>> = layers.iter().map(place).collect();
     let entry = |i: usize, j: usize| match (places[i], places[j]) {
-        (Some(i), Some(j)) => {
-            let found = pilot.covariances.covariance(i.max(j), i.min(j), 0).value;
-            found * doubts[i] * doubts[j] * pilot.samples
-        }
+        (Some(i), Some(j)) => covariances.value(i, j) * doubts[i] * doubts[j] * pilot.samples,
         _ => 0.0,
     };
     (0..layers.len() * layers.len()).map(|at| entry(at / layers.len(), at % layers.len())).collect()
@@ -197,6 +246,23 @@ fn cost(scene: &Scene, entry: &Entry, layers: &[Layer], stop: &Stop) -> Result<C
         }
     }
     Ok(Cost::new(&work[0], &work[1]))
+}
+
+/// The work of a sample of these layers, cell by cell, its mean being 1.
+///
+/// # Errors
+/// If the method cannot render, or the user asked for an end.
+pub fn work_of_cells(scene: &Scene, entry: &Entry, layers: &[Layer], stop: &Stop) -> Result<Vec<f64>, Error> {
+    let mut work = Vec::new();
+    for cell in regions::cells(scene) {
+        let pixels = f64::from(cell.width()) * f64::from(cell.height());
+        let mut render = Render::cropped(scene, entry.method, entry.of_layers(layers, 3, COUNTED), cell)?;
+        render.run_replicate(&|_| {});
+        stop.check()?;
+        work.push(rays(render.finish().counters) / (pixels * f64::from(COUNTED)));
+    }
+    let mean = work.iter().sum::<f64>() / work.len() as f64;
+    Ok(work.into_iter().map(|work| work / mean).collect())
 }
 
 /// Rays, and subpaths, each of which is worth about as much.

@@ -70,13 +70,14 @@ impl Table {
         let Some(row) = result.choices.iter().find(own) else { return };
         let total = Record { order: order_name(None), ..blank.clone() };
         if let Some(value) = row.choice.gain {
-            self.add(Record { quantity: "gain_predicted", value, ..total.clone() });
+            let (ci_low, ci_high) = row.choice.gain_interval.unzip();
+            self.add(Record { quantity: "gain_predicted", value, ci_low, ci_high, ..total.clone() });
         }
         if let Some((_, gain)) = &row.gain {
             self.add_estimate(Record { quantity: "gain", ..total }, gain);
         }
         for run in &row.choice.runs {
-            let quantity = format!("chosen:{}", run.run.method);
+            let quantity = format!("chosen:{}", run.run.label());
             for order in &run.layers {
                 self.add(Record { order: order.clone(), quantity: &quantity, value: run.time, ..blank.clone() });
             }

@@ -15,10 +15,15 @@ pub fn sentences(rows: &[&ChoiceRow]) -> Vec<Sentence> {
     let mut sentences = Vec::new();
     for row in rows {
         if let Some((best, gain)) = &row.gain {
-            let interval = gain.interval.map_or(String::new(), |(low, high)| {
-                format!(", with 95 % between {} and {}", two_digits(low), two_digits(high))
-            });
-            let predicted = row.choice.gain.map_or(String::new(), |gain| format!(" predicted {},", two_digits(gain)));
+            let between = |interval: Option<(f64, f64)>| {
+                let told = interval
+                    .map(|(low, high)| format!(", with 95 % between {} and {}", two_digits(low), two_digits(high)));
+                told.unwrap_or_default()
+            };
+            let interval = between(gain.interval);
+            let expected = between(row.choice.gain_interval);
+            let predicted =
+                row.choice.gain.map_or(String::new(), |gain| format!(" predicted {}{expected},", two_digits(gain)));
             sentences.push(plain(format!(
                 "{} has {} times the efficiency of {} on the sum of all orders{interval}; the pilots{predicted} took {} s, which are not counted.",
                 brief(&row.label),
@@ -53,7 +58,7 @@ pub fn tables(m: &mut Markup, rows: &[&ChoiceRow], methods: &[&str]) {
                     let all: f64 = row.choice.runs.iter().map(|run| run.run.share).sum();
                     m.element("tr", &[], |m| {
                         m.line("th", &[("scope", &"row")], in_ranges(&run.layers));
-                        m.line("td", &[], &run.run.method);
+                        m.line("td", &[], run.run.label() + &run.regions());
                         number_cell(m, run.run.share, percent(run.run.share / all));
                         number_cell(m, run.time, percent(run.time));
                         [run.variance, measured, run.single.unwrap_or(f64::NAN)]

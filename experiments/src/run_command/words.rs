@@ -101,7 +101,7 @@ fn compositions(rows: &[ChoiceRow]) -> String {
     let line = |row: &ChoiceRow| {
         let gain = row.gain.as_ref().map_or(String::new(), |(best, gain)| {
             let interval = gain.interval.map_or(String::new(), |(low, high)| format!(" [{low:.3}, {high:.3}]"));
-            let predicted = row.choice.gain.map_or(String::new(), |gain| format!("predicted {gain:.3}, "));
+            let predicted = row.choice.predicted().map_or(String::new(), |gain| format!("predicted {gain}, "));
             format!("; efficiency over {best}: {predicted}measured {:.3}{interval}", gain.value)
         });
         format!("{}, {}: {}{gain}\n", row.scene, row.label, row.choice.who_does_what())

@@ -87,6 +87,12 @@ impl Covariances {
         sum
     }
 
+    /// The covariance of one replicate's pixels between two layers, image and channel mean, without its interval.
+    pub fn value(&self, i: usize, j: usize) -> f64 {
+        let (i, j) = (i.max(j), i.min(j));
+        self.products[i * (i + 1) / 2 + j].iter().copied().collect::<Moments>().mean
+    }
+
     /// The covariance of one replicate's pixels between two layers, image and channel mean.
     pub fn covariance(&self, i: usize, j: usize, salt: u64) -> Estimate {
         let (i, j) = (i.max(j), i.min(j));

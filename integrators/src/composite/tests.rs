@@ -100,6 +100,17 @@ fn regions_have_samples_of_their_own_and_the_same_mean() {
 }
 
 /// Of 20 samples, 8 are those of each run with a share of 0.4: an average of 4 and 12 here, 8 there.
+/// `direct` adds what the camera sees of order 0 whether or not it is asked for.
+#[test]
+fn what_a_run_is_not_asked_for_does_not_count() {
+    let scene = scene("furnace");
+    let path = json!({"method": "path", "orders": "0,2-3", "share": 1.0});
+    let alone = composite(json!([{"method": "path", "orders": "0-3", "share": 1.0}])).unwrap();
+    let with = composite(json!([path, {"method": "direct", "orders": "1", "share": 1.0}])).unwrap();
+    let (a, b) = (measured(&scene, &*alone, 4, 1), measured(&scene, &*with, 4, 1));
+    (0..20 * 18).for_each(|pixel| assert!((a.mean(0, pixel)[0] - b.mean(0, pixel)[0]).abs() < 1e-6));
+}
+
 #[test]
 fn weights_of_regions_are_kept() {
     let scene = scene("cornell_box");
