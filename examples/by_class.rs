@@ -137,13 +137,16 @@ fn pilots(scene: &Scene, methods: &Methods, classes: &[Class], number: u32) -> R
     Ok(found)
 }
 
-/// Image means of the classes with their errors, and the covariances of one sample.
+/// Image means of classes with their standard errors, and the covariances of one sample.
+type Measured = (Vec<(f64, f64)>, Vec<f64>);
+
+/// What a method's images say of the classes.
 fn measured(
     scene: &Scene,
     method: &dyn Integrator,
     settings: RenderSettings,
     classes: &[Class],
-) -> Result<(Vec<(f64, f64)>, Vec<f64>), Failure> {
+) -> Result<Measured, Failure> {
     let class = |(i, class): (usize, &Class)| {
         Ok(PathClass { name: format!("class{i}"), expression: Expression::parse(&class.expression)? })
     };

@@ -139,15 +139,14 @@ impl Choice {
     }
 }
 
-/// The methods that take part, with the run of no orders yet that each would be; sentences about the others go into `left_out`.
+/// A method that takes part, and the run of no orders yet that it would be.
+pub type Entrant = (Run, Box<dyn Integrator>);
+
+/// The methods that take part; sentences about the others go into `left_out`.
 ///
 /// # Errors
 /// None, unless the registry has changed.
-pub fn entrants(
-    scene: &Scene,
-    methods: &Methods,
-    left_out: &mut Vec<String>,
-) -> Result<Vec<(Run, Box<dyn Integrator>)>, Error> {
+pub fn entrants(scene: &Scene, methods: &Methods, left_out: &mut Vec<String>) -> Result<Vec<Entrant>, Error> {
     let mut part = Vec::new();
     for (name, settings) in TAKE_PART {
         let settings = settings.iter().map(|&(key, value)| (key.to_owned(), Value::from(value))).collect();
