@@ -12,7 +12,7 @@ use integrators::lpe::Expression;
 use integrators::render::request;
 use integrators::{Integrator, Layer, Methods, Orders, PartSettings, PathClass, Render, RenderSettings, Window};
 use neumann::choice::entrants;
-use neumann::choice::pilot::{Entry, Pilot, candidates};
+use neumann::choice::pilot::{Entry, candidates, of_all};
 use neumann::choice::search::Cost;
 use neumann::statistics::covariances::Covariances;
 use neumann::stop::Stop;
@@ -59,15 +59,9 @@ fn main() -> Result<(), Failure> {
         };
         let carries: Vec<Vec<bool>> =
             (0..first.len()).map(|m| (0..classes.len()).map(|class| !lacks(m, class)).collect()).collect();
-        let Some(single) = (0..first.len()).filter(|&m| carries[m].iter().all(|&c| c)).min_by(|&a, &b| {
-            burden(&first, &classes, &vec![a; classes.len()]).total_cmp(&burden(
-                &first,
-                &classes,
-                &vec![b; classes.len()],
-            ))
-        }) else {
-            continue;
-        };
+        let of_one = |m: usize| burden(&first, &classes, &vec![m; classes.len()]);
+        let whole = (0..first.len()).filter(|&m| carries[m].iter().all(|&c| c));
+        let Some(single) = whole.min_by(|&a, &b| of_one(a).total_cmp(&of_one(b))) else { continue };
         let alone = vec![single; classes.len()];
         let by_order = assigned(&first, &classes, &carries, alone.clone(), |a, b| a.order == b.order);
         let by_class = assigned(&first, &classes, &carries, by_order.clone(), |a, b| a.expression == b.expression);
@@ -120,13 +114,7 @@ fn pilots(scene: &Scene, methods: &Methods, classes: &[Class], number: u32) -> R
     let layers: Vec<Layer> = (0..=MAX_ORDER).map(Layer::Order).collect();
     let part = entrants(scene, methods, &mut Vec::new())?;
     let entries: Vec<Entry> = part.iter().map(|(run, m)| Entry::new(scene, run, &**m, &settings, &layers)).collect();
-    let mut timed = Vec::new();
-    for entry in &entries {
-        timed.push(Pilot::new(scene, entry.method, entry.of_layers(&entry.own(&layers), number, SAMPLES))?);
-    }
-    for _ in 0..REPLICATES {
-        timed.iter_mut().try_for_each(|pilot| pilot.step(&Stop::never()))?;
-    }
+    let timed = of_all(scene, &entries, &layers, (number, SAMPLES, REPLICATES), &Stop::never())?;
     let costs = candidates(scene, &entries, &timed, &layers, &Stop::never())?;
     let mut found = Vec::new();
     for ((entry, (run, method)), candidate) in entries.iter().zip(&part).zip(costs) {

@@ -13,7 +13,7 @@
 
 use integrators::{Layer, Methods, Orders, RenderSettings};
 use neumann::choice::entrants;
-use neumann::choice::pilot::{Entry, Pilot, candidates};
+use neumann::choice::pilot::{Entry, candidates, of_all};
 use neumann::choice::search::{Candidate, best, product, sets, shares};
 use neumann::stop::Stop;
 use sampling::sampler::{Role, SamplerKind};
@@ -77,13 +77,7 @@ fn pilots(
     let layers: Vec<Layer> = (0..=MAX_ORDER).map(Layer::Order).collect();
     let part = entrants(scene, methods, &mut Vec::new())?;
     let entries: Vec<Entry> = part.iter().map(|(run, m)| Entry::new(scene, run, &**m, &settings, &layers)).collect();
-    let mut pilots = Vec::new();
-    for entry in &entries {
-        pilots.push(Pilot::new(scene, entry.method, entry.of_layers(&entry.own(&layers), number, SAMPLES))?);
-    }
-    for _ in 0..REPLICATES {
-        pilots.iter_mut().try_for_each(|pilot| pilot.step(&Stop::never()))?;
-    }
+    let pilots = of_all(scene, &entries, &layers, (number, SAMPLES, REPLICATES), &Stop::never())?;
     let mut found = candidates(scene, &entries, &pilots, &layers, &Stop::never())?;
     found.iter_mut().for_each(|candidate| candidate.cells.clear());
     Ok((part.iter().map(|(run, _)| run.label()).collect(), found))

@@ -1,8 +1,8 @@
 //! The second pilot: what the runs that were chosen take and leave, on random numbers that they were not chosen by.
 
-use super::pilot::{Entry, Pilot, REPLICATES};
+use super::pilot::{Entry, Pilot, REPLICATES, take_turns};
 use super::regions::Division;
-use super::{Choice, ChosenRun, search, take_turns};
+use super::{Choice, ChosenRun, search};
 use crate::error::Error;
 use crate::statistics::positive::{Stratum, log_sum, recursion};
 use crate::stop::Stop;
@@ -76,7 +76,7 @@ pub fn confirm(
         group.methods().into_iter().try_for_each(|m| add(m, &group.layers, 2))?;
     }
     whole.iter().try_for_each(|(m, _)| add(*m, layers, 4))?;
-    take_turns(&mut pilots, stop)?;
+    take_turns(&mut pilots, REPLICATES, stop)?;
     let mut rest = &pilots[..];
     let judged: Vec<Judged> = groups
         .iter()

@@ -192,11 +192,7 @@ fn choose(
         return Err(no_method(lost));
     }
     let samples = samples(scene, &entries, &layers, seconds, stop)?;
-    let mut pilots = Vec::new();
-    for entry in &entries {
-        pilots.push(Pilot::new(scene, entry.method, entry.of_layers(&entry.own(&layers), 1, samples))?);
-    }
-    take_turns(&mut pilots, stop)?;
+    let pilots = pilot::of_all(scene, &entries, &layers, (1, samples, REPLICATES), stop)?;
     let candidates = pilot::candidates(scene, &entries, &pilots, &layers, stop)?;
     let (assignment, _) = search::best(&candidates).map_err(no_method)?;
     let whole = |&m: &usize| candidates[m].carries.iter().all(|&carries| carries);
@@ -235,14 +231,6 @@ fn samples(
     // Both pilots are about as long.
     let budget = PILOT_PART * seconds(all / entries.len() as f64);
     Ok((budget / (2.0 * f64::from(REPLICATES) * all.max(1e-9))).clamp(1.0, MOST) as u32)
-}
-
-/// By turns, so that the machine's drift hits all alike.
-fn take_turns(pilots: &mut [Pilot], stop: &Stop) -> Result<(), Error> {
-    for _ in 0..REPLICATES {
-        pilots.iter_mut().try_for_each(|pilot| pilot.step(stop))?;
-    }
-    Ok(())
 }
 
 /// Labels of orders as a list of ranges: `0, 2 to 4, tail`.

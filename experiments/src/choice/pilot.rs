@@ -160,6 +160,35 @@ impl<'a> Pilot<'a> {
     }
 }
 
+/// A pilot of every method in the layers that it carries, with this number, so many samples and so many images.
+///
+/// # Errors
+/// If a method cannot render, or the user asked for an end.
+pub fn of_all<'a>(
+    scene: &'a Scene,
+    entries: &[Entry<'a>],
+    layers: &[Layer],
+    (number, samples, replicates): (u32, u32, u32),
+    stop: &Stop,
+) -> Result<Vec<Pilot<'a>>, Error> {
+    let pilot =
+        |entry: &Entry<'a>| Pilot::new(scene, entry.method, entry.of_layers(&entry.own(layers), number, samples));
+    let mut pilots = entries.iter().map(pilot).collect::<Result<Vec<_>, _>>()?;
+    take_turns(&mut pilots, replicates, stop)?;
+    Ok(pilots)
+}
+
+/// So many images of each, by turns, so that the machine's drift hits all alike.
+///
+/// # Errors
+/// If the user asked for an end.
+pub fn take_turns(pilots: &mut [Pilot], replicates: u32, stop: &Stop) -> Result<(), Error> {
+    for _ in 0..replicates {
+        pilots.iter_mut().try_for_each(|pilot| pilot.step(stop))?;
+    }
+    Ok(())
+}
+
 /// What is known of every method by its own pilot and the rays of renders of single layers. Those that lack light which another has met are
 /// taken to carry no such layer.
 ///
