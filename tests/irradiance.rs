@@ -3,7 +3,8 @@
 //! False-alarm rate: 0.1 % for each test (Šidák over its methods, orders and blocks).
 
 use crate::support::{
-    ALL, Budget, COLUMNS, Estimate, Family, GAUSS, Truth, camera, exact, grey, lambert, measure, plain, shining, sky,
+    ALL_AND_RUNS, Budget, COLUMNS, Estimate, Family, GAUSS, Truth, camera, exact, grey, lambert, measure, plain,
+    shining, sky,
 };
 use glam::{DVec3, dvec3};
 use sampling::math::Spectrum;
@@ -30,7 +31,7 @@ fn compare(scene: &Scene, samples: u32, irradiance: impl Fn(DVec3) -> f64) {
     let reflected = |hit: &Interaction| ALBEDO as f64 / PI * irradiance(at(hit));
     let truth = Truth::new(scene, |hit, _| vec![0.0, reflected(hit)]);
     let mut family = Family::new(&scene.name);
-    for name in ALL.into_iter().chain(["composite"]) {
+    for name in ALL_AND_RUNS {
         let budget = Budget::samples(if name == "light" { 8 * samples } else { samples });
         truth.compare(&mut family, name, plain(name).as_ref(), budget, COLUMNS);
     }
@@ -181,7 +182,7 @@ fn meters_measure_what_falls_on_them() {
     let mut family = Family::new("irradiance meters");
     let receivers = [Receiver::Point, Receiver::Rectangle([0.3, 0.2]), Receiver::Disk(0.15), Receiver::Sphere(0.2)];
     let mut check = |scene: &Scene, label: &str, samples: u32, exact: &[f64]| {
-        for name in ALL.into_iter().chain(["composite"]) {
+        for name in ALL_AND_RUNS {
             // Of the composite's samples, light paths have two ninths alone, and each order of theirs is rare.
             let samples = if name == "composite" { 8 * samples } else { samples };
             let budget = Budget::samples(samples).up_to(exact.len() - 1);

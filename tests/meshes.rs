@@ -2,7 +2,7 @@
 //!
 //! False-alarm rate: 0.1 % for each test.
 
-use crate::support::{ALL, Budget, Family, measure, plain};
+use crate::support::{ALL_AND_RUNS, Budget, Family, measure, plain};
 use glam::{DAffine3, DMat3, DVec3, dvec3};
 use sampling::bsdf::{Bsdf, Lambert};
 use sampling::math::Spectrum;
@@ -57,7 +57,7 @@ fn emitters_on_meshes_shine_as_quads_do() {
     for (lamp, name) in
         [(Lamp::Mesh, "mesh"), (Lamp::MirroredMesh, "mirrored mesh"), (Lamp::MirroredQuad, "mirrored quad")]
     {
-        for integrator in ALL.into_iter().chain(["composite"]) {
+        for integrator in ALL_AND_RUNS {
             let method = plain(integrator);
             let m = measure(&room(lamp), method.as_ref(), &format!("{name} {integrator}"), budget);
             for layer in method.orders(3) {

@@ -30,6 +30,9 @@ use serde_json::{Value, json};
 /// The methods of the list.
 pub const ALL: [&str; 4] = ["direct", "path", "light", "bdpt"];
 
+/// The same, and the composite that [`plain`] makes.
+pub const ALL_AND_RUNS: [&str; 5] = ["direct", "path", "light", "bdpt", "composite"];
+
 /// How much work the statistical tests do, relative to what fits into an everyday run: `NEUMANN_TEST_SCALE`, default 1.
 pub fn scale() -> f64 {
     std::env::var("NEUMANN_TEST_SCALE").ok().and_then(|s| s.parse().ok()).unwrap_or(1.0)

@@ -125,7 +125,8 @@ pub fn confirm(
     }
 }
 
-/// The best method by itself, by both of its pilots: it is not chosen for what one of them finds.
+/// The best method by itself, by the variances of both of its pilots, so that it is not chosen for what one of them finds, and by the seconds of the
+/// second alone: times of day differ in speed, and these were taken by turns with the runs'.
 struct Single<'p> {
     m: usize,
     pilots: [&'p Pilot<'p>; 2],
@@ -140,8 +141,8 @@ impl<'p> Single<'p> {
 
     /// Variance times seconds.
     fn product(&self) -> f64 {
-        let mean = |of: &dyn Fn(&Pilot) -> f64| self.pilots.iter().map(|pilot| of(pilot)).sum::<f64>() / 2.0;
-        mean(&|pilot| pilot.variance()) * mean(&|pilot| pilot.seconds())
+        let variance = self.pilots.iter().map(|pilot| pilot.variance()).sum::<f64>() / 2.0;
+        variance * self.pilots[1].seconds()
     }
 
     /// The variance of one sample's sum over some layers.
@@ -150,8 +151,8 @@ impl<'p> Single<'p> {
     }
 }
 
-/// What the gain may be, as far as the pilots' variances are known: that of the best method by itself over those of the groups, to the power of the
-/// parts of Σ √(V c) that they have.
+/// What the gain may be, as far as the pilots' variances and seconds are known: that of the best method by itself over those of the groups, to the power
+/// of the parts of Σ √(V c) that they have.
 fn interval(
     gain: f64,
     groups: &[Group],
@@ -162,13 +163,18 @@ fn interval(
     let whole: f64 = found.iter().map(|(variance, seconds)| (variance * seconds).sqrt()).sum();
     let mut first = 0;
     let mut squares = Vec::new();
-    for (group, (variance, seconds)) in groups.iter().zip(found) {
-        squares.push((-(variance * seconds).sqrt() / whole, pilots[first].squares()));
+    // What slows a turn slows all images of it, so that seconds are in doubt together.
+    let mut seconds: Vec<f64> = single.pilots[1].times().to_vec();
+    for (group, (variance, time)) in groups.iter().zip(found) {
+        let part = (variance * time).sqrt() / whole;
+        squares.push((-part, pilots[first].squares()));
+        seconds.iter_mut().zip(pilots[first].times()).for_each(|(product, time)| *product /= time.powf(part));
         first += group.methods().len();
     }
     squares.push((1.0, single.pilots.iter().flat_map(|pilot| pilot.squares()).collect()));
     // What does not vary has no part of the doubt.
     squares.retain(|(_, squares)| squares.iter().sum::<f64>() > 0.0);
+    squares.push((1.0, seconds));
     let strata: Vec<Stratum> = squares.iter().map(|(power, own)| Stratum::new(vec![(*power, own)])).collect();
     let (_, (below, above)) = log_sum(&strata, recursion(REPLICATES as usize - 1), 0)?;
     Some((gain * (-below).exp(), gain * above.exp()))

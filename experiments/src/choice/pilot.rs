@@ -14,8 +14,8 @@ use sampling::moments::Moments;
 use sampling::sampler::Role;
 use scenes::Scene;
 
-/// Independent images of a pilot: the fewest of which variances have intervals.
-pub const REPLICATES: u32 = 8;
+/// Independent images of a pilot: twice the fewest of which variances have intervals, for these are very wide of so few.
+pub const REPLICATES: u32 = 16;
 /// Samples per pixel of the renders whose rays are counted.
 const COUNTED: u32 = 2;
 /// By how many standard errors of both a mean must lie below another for the method to lack light.
@@ -83,6 +83,8 @@ pub struct Pilot<'a> {
     covariances: Covariances,
     /// The same of the cells that may be regions, for a method that has such.
     cells: Vec<(Window, Covariances)>,
+    /// Seconds of each image.
+    times: Vec<f64>,
 }
 
 impl<'a> Pilot<'a> {
@@ -101,7 +103,7 @@ impl<'a> Pilot<'a> {
         };
         let cells = if method.splats() { Vec::new() } else { regions::cells(scene).map(of_cell).collect() };
         let render = Render::new(scene, method, settings)?;
-        Ok(Self { render, layers, samples, pixels: pixels as f64, covariances, cells })
+        Ok(Self { render, layers, samples, pixels: pixels as f64, covariances, cells, times: Vec::new() })
     }
 
     /// Renders an image more.
@@ -109,7 +111,9 @@ impl<'a> Pilot<'a> {
     /// # Errors
     /// If the user asked for an end.
     pub fn step(&mut self, stop: &Stop) -> Result<(), Error> {
+        let before = self.render.seconds();
         self.render.run_replicate(&|_| {});
+        self.times.push(self.render.seconds() - before);
         self.covariances.push(|layer, pixel| self.render.last_replicate(layer, pixel));
         let row = self.render.window().width();
         for (cell, covariances) in &mut self.cells {
@@ -122,6 +126,11 @@ impl<'a> Pilot<'a> {
     /// Seconds of a sample of every pixel.
     pub fn seconds(&self) -> f64 {
         self.render.seconds() / f64::from(self.render.replicates()) / self.samples
+    }
+
+    /// Seconds of each image.
+    pub fn times(&self) -> &[f64] {
+        &self.times
     }
 
     /// The variance of one sample of all layers' sum, image and channel mean.
