@@ -13,9 +13,6 @@ use scenes::Scene;
 /// The part of an undivided image's product of variance and seconds below which a divided one's must lie.
 const PAYS: f64 = 0.96;
 
-/// What the lower end of a predicted gain's interval must reach: rare bright samples in a pilot make one method look bad.
-const RISKED: f64 = 0.9;
-
 /// Layers that were left to a candidate, and the division of the image for them.
 pub struct Group {
     /// The candidate.
@@ -112,9 +109,9 @@ pub fn confirm(
         pilot_seconds: 0.0,
         runs,
     };
-    // Nothing is won by a division that the second pilot finds worse, or that may well be, or that is none.
-    let may_lose = choice.gain_interval.is_some_and(|(low, _)| low < RISKED);
-    let is_worse = may_lose || choice.gain.is_some_and(|gain| gain < 1.0);
+    // A division is for what it is known to win: rare bright samples in a pilot make one method look bad, and the interval wide.
+    let least = choice.gain_interval.map(|(low, _)| low).or(choice.gain);
+    let is_worse = least.is_some_and(|least| least < 1.0);
     let is_one = |m: usize| matches!(&choice.runs[..], [only] if only.run.regions.is_none()) && groups[0].m == m;
     match single.filter(|single| is_worse || is_one(single.m)) {
         Some(single) => {
