@@ -2,7 +2,7 @@
 
 use super::lanes::{Lanes, WIDTH};
 use super::pairing::Pair;
-use super::query::{Line, Query, dominant_axis};
+use super::query::Query;
 use crate::ray::UNIT_ROUNDOFF;
 use crate::shape::Triangle;
 use glam::DVec3;
@@ -13,10 +13,10 @@ pub(super) const PAIRS: usize = WIDTH / 2;
 /// Number of triangles in a block. Lane `l` below [`PAIRS`] is the first triangle of pair `l`, above it the second.
 pub(super) const LANES: usize = WIDTH;
 
-/// How far depths may be off by the rounding of the differences and the quotient.
-const DEPTH_ROOM: f32 = 8.0 * UNIT_ROUNDOFF;
-/// More than products of edge functions and depths can lose by underflow.
-const LEAST: f32 = 1e-30;
+/// A triangle's plane is seen at a grazing angle where the square of its sine is below this.
+const GRAZING: f64 = 1e-8;
+/// How far the direction's part along a unit normal may be off, relative to its largest coordinate.
+const SLOPE_OFF: f32 = 24.0 * UNIT_ROUNDOFF;
 
 /// Up to four pairs of triangles (a, b, c) and (a, c, d), side by side: `axes[axis][corner * PAIRS + pair]` holds one
 /// coordinate, so that eight in a row are the second corners of the eight triangles, or the third.
@@ -30,80 +30,38 @@ const LEAST: f32 = 1e-30;
 #[repr(align(64))]
 pub(super) struct Block {
     axes: [[f32; 4 * PAIRS]; 3],
+    /// The unit normals of the triangles, axis by axis; zero where there is no area.
+    normals: [[f32; LANES]; 3],
     /// The triangle of each lane, `u32::MAX` for none.
     ids: [u32; LANES],
     /// For each lane, by how much its triangle's corners are rotated against the vertices of the triangle as given.
     rotations: [u8; LANES],
 }
 
-/// The lanes of a block that a line may meet, and within which bounds.
+/// The lanes of a block whose triangle a query's line meets, but for those that it meets outside the interval for certain.
 #[derive(Clone, Copy)]
-pub(super) struct Candidates<L> {
-    /// Lanes whose edge functions are of one sign or zero, and which are neither behind the origin nor beyond the end for certain.
+pub(super) struct Candidates {
+    /// Lanes whose edge functions are of one sign or zero.
     inside: u32,
     /// Lanes with an edge function that is zero.
     on_edge: u32,
-    /// Lanes that are met for certain if the bounds are ahead of the origin and before the end.
-    certain: u32,
-    /// Bounds of the parameters, for lanes that are met.
-    from: L,
-    to: L,
 }
 
-impl<L: Lanes> Candidates<L> {
-    /// None, with any bounds.
+impl Candidates {
+    /// Takes one of them out: the lane, and whether an edge function of it is zero.
     #[inline(always)]
-    fn none(bounds: L) -> Self {
-        Candidates { inside: 0, on_edge: 0, certain: 0, from: bounds, to: bounds }
-    }
-
-    /// Whether there are none.
-    #[inline(always)]
-    pub fn is_empty(&self) -> bool {
-        self.inside == 0
-    }
-
-    /// Whether one of them is met before `t_max` for certain, without a closer look.
-    #[inline(always)]
-    pub fn any_surely(&self, proof: L::Proof, t_max: f32) -> bool {
-        // Compared this way around, NaN is not certain.
-        let ahead = L::splat(proof, f32::MIN_POSITIVE).at_most(self.from);
-        let before = self.to.at_most(L::splat(proof, t_max.next_down()));
-        self.inside & self.certain & ahead & before != 0
-    }
-
-    /// The bounds of all lanes.
-    #[inline(always)]
-    pub fn bounds(&self) -> ([f32; LANES], [f32; LANES]) {
-        (self.from.to_array(), self.to.to_array())
-    }
-
-    /// Takes one of them out.
-    #[inline(always)]
-    pub fn take(&mut self) -> Option<Candidate> {
+    pub fn take(&mut self) -> Option<(usize, bool)> {
+        if self.inside == 0 {
+            return None;
+        }
         let lane = self.inside.trailing_zeros();
         self.inside &= self.inside.wrapping_sub(1);
-        let lane = (lane < u32::BITS).then_some(lane as usize % LANES)?;
-        let is_in = |mask: u32| mask >> lane & 1 != 0;
-        Some(Candidate { lane, on_edge: is_in(self.on_edge), certain: is_in(self.certain) })
+        Some((lane as usize % LANES, self.on_edge >> lane & 1 != 0))
     }
-}
-
-/// A lane of a block that a line may meet.
-#[derive(Clone, Copy)]
-pub(super) struct Candidate {
-    /// Which one.
-    pub lane: usize,
-    /// Whether an edge function is zero.
-    pub on_edge: bool,
-    /// Whether it is met for certain if its bounds are ahead of the origin and before the end.
-    pub certain: bool,
 }
 
 /// Where a line meets a triangle.
 pub(super) struct Meeting {
-    /// The parameter.
-    pub t: f64,
     /// The point.
     pub p: DVec3,
     /// Barycentric coordinates of the vertices 1 and 2.
@@ -114,7 +72,12 @@ impl Block {
     /// A block of at most four pairs. Lanes that stay free are NaN and never hit.
     pub fn new(pairs: &[Pair]) -> Self {
         debug_assert!(pairs.len() <= PAIRS);
-        let mut block = Block { axes: [[f32::NAN; 4 * PAIRS]; 3], ids: [u32::MAX; LANES], rotations: [0; LANES] };
+        let mut block = Block {
+            axes: [[f32::NAN; 4 * PAIRS]; 3],
+            normals: [[0.0; LANES]; 3],
+            ids: [u32::MAX; LANES],
+            rotations: [0; LANES],
+        };
         for (index, pair) in pairs.iter().enumerate() {
             for (corner, p) in pair.corners.iter().enumerate() {
                 for (axis, coordinate) in p.to_array().into_iter().enumerate() {
@@ -124,6 +87,11 @@ impl Block {
             for (half, member) in pair.members.iter().enumerate() {
                 block.ids[index + half * PAIRS] = member.id;
                 block.rotations[index + half * PAIRS] = member.rotation;
+                let [a, b, c] = block.corners(index + half * PAIRS).map(Vec3::as_dvec3);
+                let normal = (b - a).cross(c - a).normalize_or_zero().as_vec3();
+                for (axis, coordinate) in normal.to_array().into_iter().enumerate() {
+                    block.normals[axis][index + half * PAIRS] = coordinate;
+                }
             }
         }
         block
@@ -159,9 +127,9 @@ impl Block {
     ///
     /// All in `f64`, after \[Moeller97\], and kept within the triangle, so that the point is on its plane whatever the angle.
     #[inline(always)]
-    pub fn point(&self, lane: usize, line: Line) -> Meeting {
+    pub fn point(&self, lane: usize, query: &Query) -> Meeting {
         let [a, b, c] = self.corners(lane).map(Vec3::as_dvec3);
-        let [origin, direction] = line.exact();
+        let [origin, direction] = query.exact;
         let (edge_1, edge_2) = (b - a, c - a);
         let across = (a - origin).cross(direction);
         let inverse = edge_1.cross(edge_2).dot(direction).recip();
@@ -170,28 +138,22 @@ impl Block {
         let b1 = min(max(b1, 0.0), 1.0);
         let b2 = min(max(b2, 0.0), 1.0 - b1);
         let p = a + edge_1 * b1 + edge_2 * b2;
-        let weights = [(1.0 - b1 - b2) as f32, b1 as f32, b2 as f32];
-        // Vertex v is corner v − rotation.
-        let b = match self.rotations[lane % LANES] {
-            0 => vec2(weights[1], weights[2]),
-            1 => vec2(weights[0], weights[1]),
-            _ => vec2(weights[2], weights[0]),
-        };
-        let z = dominant_axis(line.ray.d.to_array());
-        let t = (p.as_ref()[z] - origin.as_ref()[z]) / direction.as_ref()[z];
-        Meeting { t, p, b }
+        // Vertex v is corner v − rotation, so that the weights of the vertices 1 and 2 are those of the corners that follow on this.
+        let (weights, first) = ([b1 as f32, b2 as f32, (1.0 - b1 - b2) as f32, b1 as f32], self.rotations[lane % LANES]);
+        let first = [0, 2, 1, 0][usize::from(first) % 4];
+        Meeting { p, b: vec2(weights[first], weights[first + 1]) }
     }
 
     /// The lanes whose triangle the query's line meets, unless it lies behind the origin or beyond the limit for certain.
     #[inline(always)]
-    pub fn candidates<L: Lanes>(&self, proof: L::Proof, query: &Query, limit: f32) -> Candidates<L> {
+    pub fn candidates<L: Lanes>(&self, proof: L::Proof, query: &Query, limit: f32) -> Candidates {
         let [x, y, z] = query.axes;
         let [a_z, b_z, c_z] = self.translated::<L>(proof, z, query.o[2]);
-        let [a_x, b_x, c_x] = self.translated::<L>(proof, x, query.o[0]);
-        let [a_y, b_y, c_y] = self.translated::<L>(proof, y, query.o[1]);
+        let [x_a, x_b, x_c] = self.translated::<L>(proof, x, query.o[0]);
+        let [y_a, y_b, y_c] = self.translated::<L>(proof, y, query.o[1]);
         let (s_x, s_y) = (L::splat(proof, query.shear[0]), L::splat(proof, query.shear[1]));
-        let (a_x, b_x, c_x) = (a_x - s_x * a_z, b_x - s_x * b_z, c_x - s_x * c_z);
-        let (a_y, b_y, c_y) = (a_y - s_y * a_z, b_y - s_y * b_z, c_y - s_y * c_z);
+        let (a_x, b_x, c_x) = (x_a - s_x * a_z, x_b - s_x * b_z, x_c - s_x * c_z);
+        let (a_y, b_y, c_y) = (y_a - s_y * a_z, y_b - s_y * b_z, y_c - s_y * c_z);
         let ab = a_x * b_y - a_y * b_x;
         let bc = b_x * c_y - b_y * c_x;
         let ca = c_x * a_y - c_y * a_x;
@@ -199,15 +161,40 @@ impl Block {
         let zero = L::splat(proof, 0.0);
         let inside = zero.at_most(least) | most.at_most(zero);
         if inside == 0 {
-            return Candidates::none(zero);
+            return Candidates { inside, on_edge: 0 };
         }
-        let reach_x = a_x.abs().max(b_x.abs()).max(c_x.abs());
-        let reach = reach_x.max(a_y.abs().max(b_y.abs()).max(c_y.abs()));
-        let (from, to, certain) = bounds(proof, query, [a_z, b_z, c_z], [bc, ca, ab], reach);
-        // Compared this way around, NaN leaves it open.
-        let inside = inside & !L::splat(proof, limit).at_most(from) & !to.at_most(zero);
         let on_edge = least.equal_to(zero) | most.equal_to(zero);
-        Candidates { inside, on_edge, certain: certain & !on_edge, from, to }
+        Candidates { inside: inside & !self.outside(proof, query, [x_a, y_a, a_z], limit), on_edge }
+    }
+
+    /// The lanes whose plane the query's line meets behind the origin or beyond the limit for certain; `a` are their first corners,
+    /// relative to the origin, along the query's axes.
+    ///
+    /// With the unit normal n, the plane is at the parameter t = n·a / n·d = (n·a / d_z) / (n·d / d_z). Normals are rounded, and so are a
+    /// and the shears, products and sums: in all, the first of the two is off by at most 8 roundings of Σ|aᵢ| / |d_z|, the other by 8 of
+    /// Σ|dᵢ / d_z|, which is at most 3.
+    #[inline(always)]
+    fn outside<L: Lanes>(&self, proof: L::Proof, query: &Query, a: [L; 3], limit: f32) -> u32 {
+        let [x, y, z] = query.axes;
+        let (n_x, n_y, n_z) = (self.normal::<L>(proof, x), self.normal::<L>(proof, y), self.normal::<L>(proof, z));
+        let [a_x, a_y, a_z] = a;
+        let (s_x, s_y) = (L::splat(proof, query.shear[0]), L::splat(proof, query.shear[1]));
+        let height = (a_x * n_x + a_y * n_y + a_z * n_z) * L::splat(proof, query.inverse);
+        let slope = s_x * n_x + s_y * n_y + n_z;
+        let height_off = (a_x.abs() + a_y.abs() + a_z.abs()) * L::splat(proof, query.height_off);
+        let slope_off = L::splat(proof, SLOPE_OFF);
+        let (high, steep) = (height.abs(), slope.abs());
+        // Compared this way around, NaN leaves it open.
+        let known = (high - height_off).min(steep - slope_off);
+        let behind = height.differs_in_sign(slope) & L::splat(proof, f32::MIN_POSITIVE).at_most(known);
+        let beyond = ((steep + slope_off) * L::splat(proof, limit)).at_most(high - height_off);
+        behind | beyond
+    }
+
+    /// One coordinate of the triangles' normals.
+    #[inline(always)]
+    fn normal<L: Lanes>(&self, proof: L::Proof, axis: usize) -> L {
+        L::load(proof, &self.normals[axis])
     }
 
     /// One coordinate of the three corners of each triangle, relative to the origin.
@@ -222,12 +209,12 @@ impl Block {
     }
 
     /// The parameter at which a line meets a candidate's triangle; NaN if it turns out not to.
-    #[inline(never)]
-    pub fn meeting(&self, candidate: Candidate, line: Line) -> f64 {
-        if candidate.on_edge && !self.is_inside_exactly(candidate.lane, &Query::of(line)) {
+    #[inline(always)]
+    pub fn meeting(&self, (lane, on_edge): (usize, bool), query: &Query) -> f64 {
+        if on_edge && !self.is_inside_exactly(lane, query) {
             return f64::NAN;
         }
-        self.parameter(candidate.lane, line)
+        self.parameter(lane, query)
     }
 
     /// Decides a lane with an edge function that vanished in `f32`: the same sheared corners, products exact in `f64`.
@@ -249,49 +236,30 @@ impl Block {
     /// Where a line meets the plane of a lane's triangle, in `f64`, so that the sign is right however close
     /// the origin is to the plane.
     #[inline(always)]
-    pub fn parameter(&self, lane: usize, line: Line) -> f64 {
-        let corners = self.corners(lane).map(Vec3::as_dvec3);
-        let ([a, b, c], [origin, direction]) = (corners, line.exact());
+    fn parameter(&self, lane: usize, query: &Query) -> f64 {
+        let [a, b, c] = self.corners(lane).map(Vec3::as_dvec3);
+        let [origin, direction] = query.exact;
         let normal = (b - a).cross(c - a);
-        let t = (a - origin).dot(normal) / direction.dot(normal);
-        // Kept within the depths of the corners, for triangles seen nearly edge-on.
-        let z = dominant_axis(line.ray.d.to_array());
-        let (origin, inverse) = (origin.as_ref()[z], direction.as_ref()[z].recip());
-        let [a, b, c] = corners.map(|p| (p.as_ref()[z] - origin) * inverse);
+        let (height, slope) = ((a - origin).dot(normal), direction.dot(normal));
+        let t = height / slope;
+        // NaN, of a triangle without area, is grazing.
+        if slope * slope > GRAZING * normal.length_squared() * query.length_squared {
+            return t;
+        }
+        self.grazing_parameter(lane, query, t)
+    }
+
+    /// The same of a triangle that is seen nearly edge-on: kept within the depths of its corners.
+    #[cold]
+    #[inline(never)]
+    fn grazing_parameter(&self, lane: usize, query: &Query, t: f64) -> f64 {
+        let z = query.axes[2];
+        let [origin, direction] = query.exact.map(|v| v.as_ref()[z]);
+        let [a, b, c] = self.corners(lane).map(|p| (f64::from(p[z]) - origin) / direction);
         let (least, most) = (min(min(a, b), c), max(max(a, b), c));
         // Written so that what is NaN, for a triangle seen exactly edge-on, stays so and is no hit.
         min(most, max(least, t))
     }
-}
-
-/// Bounds of the parameters at which a line meets triangles, given the depths of their corners, the edge functions opposite to these,
-/// and how far the corners are from the line, along its own axes x and y.
-///
-/// The depth of the meeting is the mean of those of the corners, weighted by the edge functions \[Woop13\]. With ε the unit roundoff,
-/// M the distance of the sheared corners from the line and P the largest depth, sheared corners are off by at most ε(2M + 5P), and
-/// edge functions by ε(12M² + 20MP). Divided by the sum of the three, that is how far the weights are off; the mean by twice as much
-/// of the range of the depths, but not beyond the range. A factor of 2.5 makes up for the error of the sum itself wherever the bound
-/// is less than the range; the lanes where it is are the last of the results. P is at most the farthest depth and the range, unless all are behind the origin.
-#[inline(always)]
-fn bounds<L: Lanes>(proof: L::Proof, query: &Query, depths: [L; 3], edges: [L; 3], reach: L) -> (L, L, u32) {
-    let inverse_z = L::splat(proof, query.inverse_z);
-    let [a, b, c] = depths;
-    let (a, b, c) = (a * inverse_z, b * inverse_z, c * inverse_z);
-    let (nearest, farthest) = (a.min(b).min(c), a.max(b).max(c));
-    let range = farthest - nearest;
-    let largest = farthest + range;
-    let [u, v, w] = edges;
-    let inverse = L::splat(proof, 1.0) / (u + v + w);
-    let mean = (u * a + v * b + w * c) * inverse;
-    let spread = reach * (reach + largest * L::splat(proof, query.depth)) * L::splat(proof, query.room);
-    let least = L::splat(proof, LEAST);
-    // By how much the weights may be off: where it is all they are, not even their sum need have the right sign.
-    let relative = (spread + least) * inverse.abs();
-    let certain = relative.at_most(L::splat(proof, 1.0));
-    let off = range * relative + least * inverse.abs();
-    let rounding = largest * L::splat(proof, DEPTH_ROOM) + L::splat(proof, query.slack);
-    // What is NaN leaves the depths of the corners.
-    ((mean - off).max(nearest) - rounding, (mean + off).min(farthest) + rounding, certain)
 }
 
 /// So many numbers of all.

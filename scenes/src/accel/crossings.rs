@@ -30,8 +30,8 @@ impl Accel {
             let primitive = Primitive::of(best.id);
             if wanted(primitive) {
                 visit(match primitive {
-                    Primitive::Triangle(_) => self.triangle_hit(query.line, &best),
-                    Primitive::Analytic(_) => self.analytic_hit(query.line, &best),
+                    Primitive::Triangle(_) => self.triangle_hit(&query, &best),
+                    Primitive::Analytic(_) => self.analytic_hit(&query, &best),
                 });
             }
         });
@@ -63,19 +63,19 @@ impl Accel {
         let block = &self.blocks[index as usize];
         let mut candidates = block.candidates::<Portable>((), query, t_max as f32 * FAR);
         while let Some(candidate) = candidates.take() {
-            let (t, lane) = (block.meeting(candidate, query.line), candidate.lane);
+            let (t, lane) = (block.meeting(candidate, query), candidate.0);
             if t > 0.0 && t < t_max {
-                visit(Best { t, slot: index * LANES as u32 + lane as u32, id: block.id(lane), ..Best::new(0.0) });
+                visit(Best { slot: index * LANES as u32 + lane as u32, id: block.id(lane), ..Best::before(t) });
             }
         }
     }
 
     fn all_of_analytic(&self, index: u32, query: &Query, t_max: f64, visit: &mut impl FnMut(Best)) {
         let surface = &self.analytic[index as usize];
-        let [origin, direction] = query.line.exact();
+        let [origin, direction] = query.exact;
         for t in surface.meetings(origin, direction, direction.length_squared().recip()) {
             if t > 0.0 && t < t_max {
-                visit(Best { t, slot: ANALYTIC | index, id: ANALYTIC | index, ..Best::new(0.0) });
+                visit(Best { slot: ANALYTIC | index, id: ANALYTIC | index, ..Best::before(t) });
             }
         }
     }

@@ -229,7 +229,6 @@ impl Accel {
     /// Searches an instance for a nearer hit.
     #[inline(never)]
     pub(super) fn offer_instance(&self, index: u32, line: Line, mut best: Best) -> Best {
-        self.settle(line, &mut best);
         let (instance, prototype) = self.prototype(index);
         let within = prototype.enter(instance, line.ray, best.t);
         let mut found = Best::before(within.t_max);
@@ -237,7 +236,6 @@ impl Accel {
         if !found.is_hit() {
             return best;
         }
-        prototype.accel.settle(within.line(), &mut found);
         let (t, id) = (within.start + found.t, prototype.id(&found));
         // Of two equally near the one numbered first, as everywhere; of two copies of one triangle, that of the first instance.
         let before = match best.is_placed() {
@@ -304,7 +302,7 @@ impl Prototype {
             let ng = instance.covector_to_world(normal).normalize().as_vec3();
             return Hit::PlacedAnalytic { t, id: best.id & !ANALYTIC, instance: index, p: place(p), ng };
         }
-        let Meeting { p, b, .. } = self.accel.triangle_point(best.slot, within.line());
+        let Meeting { p, b } = self.accel.triangle_point(best.slot, &Query::of(within.line()));
         Hit::PlacedTriangle { t, id: best.id, instance: index, p: place(p), b }
     }
 }

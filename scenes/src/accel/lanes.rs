@@ -39,6 +39,9 @@ pub(super) trait Lanes:
 
     /// The lanes that are equal to those of another, as bits.
     fn equal_to(self, other: Self) -> u32;
+
+    /// The lanes whose sign is not that of another's, as bits.
+    fn differs_in_sign(self, other: Self) -> u32;
 }
 
 /// Eight numbers in two vectors of four, for any processor.
@@ -130,5 +133,11 @@ impl Lanes for Portable {
     #[inline(always)]
     fn equal_to(self, other: Self) -> u32 {
         self.0.cmpeq(other.0).bitmask() | self.1.cmpeq(other.1).bitmask() << 4
+    }
+
+    #[inline(always)]
+    fn differs_in_sign(self, other: Self) -> u32 {
+        let signs = |v: Vec4| v.is_negative_bitmask();
+        (signs(self.0) ^ signs(other.0)) | (signs(self.1) ^ signs(other.1)) << 4
     }
 }

@@ -28,9 +28,10 @@ pub(crate) use crossings::Primitive;
 pub(crate) use instance::{Instance, Prototype};
 pub use kernel::Kernel;
 use pairing::Pair;
-use query::Line;
+use query::Query;
 use sampling::{Vec2, Vec3};
 use std::collections::HashMap;
+use traverse::FAR;
 use tree::Node;
 
 /// Up to this many primitives are searched without a tree.
@@ -104,10 +105,7 @@ pub(crate) enum Hit {
 /// The nearest hit so far; the slot says where the primitive is kept.
 #[derive(Clone, Copy)]
 struct Best {
-    /// Bounds of its parameter.
-    from: f32,
-    to: f32,
-    /// Its parameter; NaN as long as it has not been needed.
+    /// Its parameter.
     t: f64,
     slot: u32,
     id: u32,
@@ -130,31 +128,24 @@ const PLACED: u32 = 1 << 30;
 const NOTHING: u32 = u32::MAX;
 
 impl Best {
-    #[inline(always)]
-    fn new(t_max: f32) -> Self {
-        Best { from: t_max, to: t_max, t: f64::from(t_max), slot: NOTHING, id: 0, placed: Placed::default() }
-    }
-
     /// Nothing met as yet, before `t`.
-    #[inline]
-    fn before(t: f64) -> Self {
-        Best { from: (t as f32).next_down(), to: (t as f32).next_up(), t, ..Best::new(0.0) }
-    }
-
-    /// Takes a hit that is certain to be the nearest so far.
     #[inline(always)]
-    fn take(&mut self, (from, to): (f32, f32), slot: u32, id: u32) {
-        (self.from, self.to, self.t, self.slot, self.id) = (from, to, f64::NAN, slot, id);
+    fn before(t: f64) -> Self {
+        Best { t, slot: NOTHING, id: 0, placed: Placed::default() }
     }
 
-    /// Takes a hit if it is nearer, where the parameter of that so far is known; of two equally near, the one numbered first, so that
-    /// no arrangement matters.
-    #[inline]
+    /// Takes a hit if it is nearer; of two equally near, the one numbered first, so that no arrangement matters.
+    #[inline(always)]
     fn offer(&mut self, t: f64, slot: u32, id: u32) {
-        debug_assert!(!self.t.is_nan());
         if t > 0.0 && (t < self.t || (t == self.t && id < self.id)) {
-            *self = Best { slot, id, placed: self.placed, ..Best::before(t) };
+            (self.t, self.slot, self.id) = (t, slot, id);
         }
+    }
+
+    /// A parameter beyond which nothing is nearer, with room for the rounding of those that it is compared to.
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.t as f32 * FAR
     }
 
     #[inline]
@@ -205,35 +196,35 @@ impl Accel {
 
     /// Works out the point of the nearest hit, once per ray.
     #[inline(always)]
-    fn resolve(&self, line: Line, best: &Best) -> Option<Hit> {
+    fn resolve(&self, query: &Query, best: &Best) -> Option<Hit> {
         // The mark of nothing has all bits, so that a triangle is told by one question.
         if best.slot & (ANALYTIC | PLACED) == 0 {
-            return Some(self.triangle_hit(line, best));
+            return Some(self.triangle_hit(query, best));
         }
         if !best.is_hit() {
             return None;
         }
-        Some(if best.is_placed() { self.placed_hit(line.ray, best) } else { self.analytic_hit(line, best) })
+        Some(if best.is_placed() { self.placed_hit(query.line.ray, best) } else { self.analytic_hit(query, best) })
     }
 
     #[inline(always)]
-    fn triangle_hit(&self, line: Line, best: &Best) -> Hit {
-        let Meeting { t, p, b } = self.triangle_point(best.slot, line);
-        Hit::Triangle { t: t as f32, id: best.id, p: p.as_vec3(), b }
+    fn triangle_hit(&self, query: &Query, best: &Best) -> Hit {
+        let Meeting { p, b } = self.triangle_point(best.slot, query);
+        Hit::Triangle { t: best.t as f32, id: best.id, p: p.as_vec3(), b }
     }
 
     #[inline(never)]
-    fn analytic_hit(&self, line: Line, best: &Best) -> Hit {
+    fn analytic_hit(&self, query: &Query, best: &Best) -> Hit {
         let id = best.slot & !ANALYTIC;
-        let [origin, direction] = line.exact();
+        let [origin, direction] = query.exact;
         let at = self.analytic[id as usize].point(origin, direction, best.t);
         Hit::Analytic { t: best.t as f32, id, at }
     }
 
     /// Where a line meets the triangle in a slot.
     #[inline(always)]
-    fn triangle_point(&self, slot: u32, line: Line) -> Meeting {
-        self.blocks[slot as usize / LANES].point(slot as usize % LANES, line)
+    fn triangle_point(&self, slot: u32, query: &Query) -> Meeting {
+        self.blocks[slot as usize / LANES].point(slot as usize % LANES, query)
     }
 }
 

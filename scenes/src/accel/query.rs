@@ -26,21 +26,20 @@ impl Line<'_> {
 #[derive(Clone, Copy)]
 pub(super) struct Query<'a> {
     pub line: Line<'a>,
+    /// Its origin and direction, not rounded.
+    pub exact: [DVec3; 2],
+    /// The square of its direction's length.
+    pub length_squared: f64,
     /// The axes x, y and z of its own: z is that along which its direction is largest, the others follow in turn.
     pub axes: [usize; 3],
     /// Its origin along these axes.
     pub o: [f32; 3],
     /// Its direction along x and y relative to that along z.
     pub shear: [f32; 2],
-    /// Its direction along z, without its sign.
-    pub depth: f32,
     /// Reciprocal of its direction along z.
-    pub inverse_z: f32,
-    /// What rounding of the ray leaves open of the depth of a point, as a parameter.
-    pub slack: f32,
-    /// How far the test of eight may be off, relative to what it computes with; infinite where the ray is rounded, since a plane may be
-    /// seen at any angle.
-    pub room: f32,
+    pub inverse: f32,
+    /// How far the height of a corner over a plane may be off, divided by its direction along z, relative to the corner's distance.
+    pub height_off: f32,
 }
 
 /// Which axes follow on each.
@@ -59,13 +58,11 @@ impl<'a> Query<'a> {
         let (d, o): (&[f32; 3], &[f32; 3]) = (line.ray.d.as_ref(), line.ray.o.as_ref());
         let axes = AXES[dominant_axis(*d)];
         let [x, y, z] = axes;
-        let inverse_z = d[z].recip();
-        let (slack, room) = match line.exact {
-            None => (0.0, 128.0 * UNIT_ROUNDOFF),
-            Some(_) => (8.0 * UNIT_ROUNDOFF * line.ray.o.abs().max_element() * inverse_z.abs(), f32::INFINITY),
-        };
-        let shear = [d[x] * inverse_z, d[y] * inverse_z];
-        Query { line, axes, o: [o[x], o[y], o[z]], shear, depth: d[z].abs(), inverse_z, slack, room }
+        let inverse = d[z].recip();
+        let shear = [d[x] * inverse, d[y] * inverse];
+        let exact = line.exact();
+        let length_squared = exact[1].length_squared();
+        Query { line, exact, length_squared, axes, o: [o[x], o[y], o[z]], shear, inverse, height_off: inverse.abs() * (8.0 * UNIT_ROUNDOFF) }
     }
 }
 

@@ -1,9 +1,9 @@
 //! The way of a ray through the tree, or along the list.
 
 use super::bare::Stack;
-use super::block::{Candidate, LANES};
+use super::block::LANES;
 use super::lanes::{Lanes, Portable, WIDTH};
-use super::query::{Line, Query};
+use super::query::Query;
 use super::tree::{Child, INSTANCE, LEAF, NUMBER, Node, SINGLE};
 use super::{ANALYTIC, Accel, Best, Hit};
 use crate::ray::{Ray, UNIT_ROUNDOFF};
@@ -16,19 +16,19 @@ struct Slabs<L> {
     origin: [L; 3],
     /// Reciprocals of its direction, turned around.
     inverse: [L; 3],
+    /// Which of the planes across each axis it meets first: 0 where it runs upwards.
+    first: [usize; 3],
 }
 
 impl<L: Lanes> Slabs<L> {
     #[inline(always)]
     fn new(proof: L::Proof, ray: &Ray) -> Self {
         let (o, d) = (ray.o, ray.d);
+        let [x, y, z] = [reciprocal(d.x), reciprocal(d.y), reciprocal(d.z)];
         Slabs {
             origin: [L::splat(proof, o.x), L::splat(proof, o.y), L::splat(proof, o.z)],
-            inverse: [
-                L::splat(proof, -reciprocal(d.x)),
-                L::splat(proof, -reciprocal(d.y)),
-                L::splat(proof, -reciprocal(d.z)),
-            ],
+            inverse: [L::splat(proof, -x), L::splat(proof, -y), L::splat(proof, -z)],
+            first: [x, y, z].map(|inverse| usize::from(inverse.is_sign_negative())),
         }
     }
 
@@ -36,22 +36,20 @@ impl<L: Lanes> Slabs<L> {
     /// larger by the rounding of both distances \[Ize13\].
     #[inline(always)]
     fn enter(&self, proof: L::Proof, node: &Node, t_max: f32) -> (L, u32) {
-        let (near_x, far_x) = self.slab(proof, node, 0);
-        let (near_y, far_y) = self.slab(proof, node, 1);
-        let (near_z, far_z) = self.slab(proof, node, 2);
+        let [x, y, z] = self.first;
+        let (near_x, far_x) = (self.plane(proof, node, 0, x), self.plane(proof, node, 0, 1 - x));
+        let (near_y, far_y) = (self.plane(proof, node, 1, y), self.plane(proof, node, 1, 1 - y));
+        let (near_z, far_z) = (self.plane(proof, node, 2, z), self.plane(proof, node, 2, 1 - z));
         // In this order zero is positive, and NaN, for a child that is not there, stays NaN.
         let near = near_x.max(near_y).max(near_z).max(L::splat(proof, 0.0));
         let far = far_x.min(far_y).min(far_z) * L::splat(proof, FAR);
         (near, near.at_most(L::splat(proof, t_max).min(far)))
     }
 
-    /// The parameters at which the ray enters and leaves the space between the planes across an axis.
+    /// The parameters at which the ray meets the children's planes of one side across an axis.
     #[inline(always)]
-    fn slab(&self, proof: L::Proof, node: &Node, axis: usize) -> (L, L) {
-        let [low, high] = &node.planes[axis];
-        let low = (self.origin[axis] - L::load(proof, low)) * self.inverse[axis];
-        let high = (self.origin[axis] - L::load(proof, high)) * self.inverse[axis];
-        (low.min(high), low.max(high))
+    fn plane(&self, proof: L::Proof, node: &Node, axis: usize, side: usize) -> L {
+        (self.origin[axis] - L::load(proof, &node.planes[axis][side % 2])) * self.inverse[axis]
     }
 }
 
@@ -119,9 +117,9 @@ impl Accel {
     #[inline(always)]
     pub(super) fn closest_hit<L: Lanes>(&self, proof: L::Proof, ray: &Ray) -> Option<Hit> {
         let query = Query::new(ray);
-        let mut best = Best::new(ray.t_max);
+        let mut best = Best::before(f64::from(ray.t_max));
         self.closest_with::<L>(proof, &query, &mut best);
-        self.resolve(query.line, &best)
+        self.resolve(&query, &best)
     }
 
     /// Offers what is met: nearest boxes first; what lies beyond the nearest hit is left out.
@@ -132,14 +130,14 @@ impl Accel {
                 self.offer_block::<L>(proof, index, query, best);
             }
             for index in 0..self.analytic.len() as u32 {
-                *best = self.offer_analytic(index, query.line, *best);
+                *best = self.offer_analytic(index, query, *best);
             }
             return;
         }
         let slabs = Slabs::<L>::new(proof, query.line.ray);
         let mut stack = Stack::new();
         let mut child: Child = 0;
-        let mut limit = best.to * FAR;
+        let mut limit = best.limit();
         loop {
             if child & LEAF == 0 {
                 let node = &self.nodes[child as usize];
@@ -150,7 +148,7 @@ impl Accel {
                 }
             } else {
                 self.offer_leaf::<L>(proof, child, query, best);
-                limit = best.to * FAR;
+                limit = best.limit();
             }
             loop {
                 let Some(entry) = stack.pop() else { return };
@@ -167,7 +165,7 @@ impl Accel {
         if leaf & SINGLE == 0 {
             self.offer_block::<L>(proof, leaf & !LEAF, query, best);
         } else if leaf & INSTANCE == 0 {
-            *best = self.offer_analytic(leaf & NUMBER, query.line, *best);
+            *best = self.offer_analytic(leaf & NUMBER, query, *best);
         } else {
             *best = self.offer_instance(leaf & NUMBER, query.line, *best);
         }
@@ -175,57 +173,22 @@ impl Accel {
 
     #[inline(always)]
     fn offer_block<L: Lanes>(&self, proof: L::Proof, index: u32, query: &Query, best: &mut Best) {
-        let limit = best.to * FAR;
         let block = &self.blocks[index as usize];
-        let mut candidates = block.candidates::<L>(proof, query, limit);
-        if candidates.is_empty() {
-            return;
-        }
-        let (from, to) = candidates.bounds();
+        let mut candidates = block.candidates::<L>(proof, query, best.limit());
         while let Some(candidate) = candidates.take() {
-            let (lane, from, to) = (candidate.lane, from[candidate.lane], to[candidate.lane]);
-            if from > best.to {
-                continue;
-            }
-            if from > 0.0 && to < best.from && candidate.certain {
-                best.take((from, to), index * LANES as u32 + lane as u32, block.id(lane));
-            } else {
-                *best = self.offer_exactly(index, candidate, query.line, *best);
-            }
-        }
-    }
-
-    /// Offers what the bounds do not decide about. What is so rare is best kept out of the registers of the rest.
-    #[inline(never)]
-    fn offer_exactly(&self, index: u32, candidate: Candidate, line: Line, mut best: Best) -> Best {
-        let block = &self.blocks[index as usize];
-        let t = block.meeting(candidate, line);
-        if t > 0.0 {
-            self.settle(line, &mut best);
-            best.offer(t, index * LANES as u32 + candidate.lane as u32, block.id(candidate.lane));
-        }
-        best
-    }
-
-    /// Finds the parameter of the nearest hit, where it has not been needed so far.
-    #[inline]
-    pub(super) fn settle(&self, line: Line, best: &mut Best) {
-        if best.t.is_nan() {
-            best.t = self.blocks[best.slot as usize / LANES].parameter(best.slot as usize % LANES, line);
+            let (t, lane) = (block.meeting(candidate, query), candidate.0);
+            best.offer(t, index * LANES as u32 + lane as u32, block.id(lane));
         }
     }
 
     #[inline(never)]
-    fn offer_analytic(&self, index: u32, line: Line, mut best: Best) -> Best {
-        let [origin, direction] = line.exact();
+    fn offer_analytic(&self, index: u32, query: &Query, mut best: Best) -> Best {
+        let [origin, direction] = query.exact;
         let [first, second] =
-            self.analytic[index as usize].meetings(origin, direction, direction.length_squared().recip());
+            self.analytic[index as usize].meetings(origin, direction, query.length_squared.recip());
         // Written so that the second counts where the first is NaN.
         let t = if first > 0.0 { first } else { second };
-        if t > 0.0 {
-            self.settle(line, &mut best);
-            best.offer(t, ANALYTIC | index, ANALYTIC | index);
-        }
+        best.offer(t, ANALYTIC | index, ANALYTIC | index);
         best
     }
 
@@ -239,7 +202,7 @@ impl Accel {
                 }
             }
             for index in 0..self.analytic.len() as u32 {
-                if self.meets_analytic(index, query.line, t_max) {
+                if self.meets_analytic(index, query, t_max) {
                     return true;
                 }
             }
@@ -276,7 +239,7 @@ impl Accel {
         if leaf & SINGLE == 0 {
             self.meets_block::<L>(proof, leaf & !LEAF, query, t_max)
         } else if leaf & INSTANCE == 0 {
-            self.meets_analytic(leaf & NUMBER, query.line, t_max)
+            self.meets_analytic(leaf & NUMBER, query, t_max)
         } else {
             self.meets_instance(leaf & NUMBER, query.line.ray, t_max)
         }
@@ -284,17 +247,10 @@ impl Accel {
 
     #[inline(always)]
     fn meets_block<L: Lanes>(&self, proof: L::Proof, index: u32, query: &Query, t_max: f64) -> bool {
-        let limit = t_max as f32 * FAR;
         let block = &self.blocks[index as usize];
-        let mut candidates = block.candidates::<L>(proof, query, limit);
-        if candidates.is_empty() {
-            return false;
-        }
-        if candidates.any_surely(proof, t_max as f32) {
-            return true;
-        }
+        let mut candidates = block.candidates::<L>(proof, query, t_max as f32 * FAR);
         while let Some(candidate) = candidates.take() {
-            let t = block.meeting(candidate, query.line);
+            let t = block.meeting(candidate, query);
             if t > 0.0 && t < t_max {
                 return true;
             }
@@ -303,10 +259,10 @@ impl Accel {
     }
 
     #[inline(never)]
-    fn meets_analytic(&self, index: u32, line: Line, t_max: f64) -> bool {
-        let [origin, direction] = line.exact();
+    fn meets_analytic(&self, index: u32, query: &Query, t_max: f64) -> bool {
+        let [origin, direction] = query.exact;
         let [first, second] =
-            self.analytic[index as usize].meetings(origin, direction, direction.length_squared().recip());
+            self.analytic[index as usize].meetings(origin, direction, query.length_squared.recip());
         (first > 0.0 && first < t_max) || (second > 0.0 && second < t_max)
     }
 
