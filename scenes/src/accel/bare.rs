@@ -66,6 +66,7 @@ pub(super) mod eight {
     use super::super::query::Query;
     use super::super::{Accel, Best, Hit};
     use crate::ray::Ray;
+    use sampling::vec3;
     use std::arch::x86_64::*;
     use std::ops::{Add, Div, Mul, Sub};
 
@@ -83,14 +84,14 @@ pub(super) mod eight {
         #[inline]
         pub fn closest(self, accel: &Accel, ray: &Ray) -> Option<Hit> {
             // SAFETY: there is an `Avx2`, so the processor has what the function is compiled for.
-            unsafe { closest(self, accel, ray) }
+            unsafe { closest(self, accel, ray.o.x, ray.o.y, ray.o.z, ray.d.x, ray.d.y, ray.d.z, ray.t_max) }
         }
 
         /// Whether any surface is on the ray's interval, compiled for AVX2.
         #[inline]
         pub fn any(self, accel: &Accel, ray: &Ray) -> bool {
             // SAFETY: as above.
-            unsafe { any(self, accel, ray) }
+            unsafe { any(self, accel, ray.o.x, ray.o.y, ray.o.z, ray.d.x, ray.d.y, ray.d.z, ray.t_max) }
         }
 
         /// [`Accel::closest_with`], compiled for AVX2.
@@ -106,14 +107,28 @@ pub(super) mod eight {
         }
     }
 
+    // A ray comes number by number, in registers: one that has just been stored so would be waited for if it were loaded in larger pieces.
+    #[allow(clippy::too_many_arguments)]
     #[target_feature(enable = "avx2,bmi1")]
-    fn closest(proof: Avx2, accel: &Accel, ray: &Ray) -> Option<Hit> {
-        accel.closest_hit::<Eight>(proof, ray)
+    fn closest(
+        proof: Avx2,
+        accel: &Accel,
+        o_x: f32,
+        o_y: f32,
+        o_z: f32,
+        d_x: f32,
+        d_y: f32,
+        d_z: f32,
+        t_max: f32,
+    ) -> Option<Hit> {
+        accel.closest_hit::<Eight>(proof, &Ray { o: vec3(o_x, o_y, o_z), d: vec3(d_x, d_y, d_z), t_max })
     }
 
+    #[allow(clippy::too_many_arguments)]
     #[target_feature(enable = "avx2,bmi1")]
-    fn any(proof: Avx2, accel: &Accel, ray: &Ray) -> bool {
-        accel.any_with::<Eight>(proof, &Query::new(ray), f64::from(ray.t_max))
+    fn any(proof: Avx2, accel: &Accel, o_x: f32, o_y: f32, o_z: f32, d_x: f32, d_y: f32, d_z: f32, t_max: f32) -> bool {
+        let ray = Ray { o: vec3(o_x, o_y, o_z), d: vec3(d_x, d_y, d_z), t_max };
+        accel.any_with::<Eight>(proof, &Query::new(&ray), f64::from(t_max))
     }
 
     #[target_feature(enable = "avx2,bmi1")]

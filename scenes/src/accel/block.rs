@@ -2,7 +2,7 @@
 
 use super::lanes::{Lanes, WIDTH};
 use super::pairing::Pair;
-use super::query::Query;
+use super::query::{Line, Query};
 use crate::ray::UNIT_ROUNDOFF;
 use crate::shape::Triangle;
 use glam::DVec3;
@@ -60,12 +60,41 @@ impl Candidates {
     }
 }
 
+/// Where a line meets the plane of a triangle.
+pub(super) struct Crossing {
+    /// The parameter; NaN if the line turns out to pass by the triangle.
+    pub t: f64,
+    /// The triangle's first corner, and the way from there to the others.
+    corner: DVec3,
+    edges: [DVec3; 2],
+    /// The first corner as the line's origin sees it.
+    away: DVec3,
+    direction: DVec3,
+    /// The reciprocal of the direction's part along the edges' cross product.
+    inverse: f64,
+}
+
 /// Where a line meets a triangle.
+#[derive(Clone, Copy, Default)]
 pub(super) struct Meeting {
     /// The point.
     pub p: DVec3,
-    /// Barycentric coordinates of the vertices 1 and 2.
-    pub b: Vec2,
+    /// Barycentric coordinates of the corners 1 and 2, as they are kept.
+    pub b: [f64; 2],
+}
+
+impl Crossing {
+    /// The point, after \[Moeller97\] and kept within the triangle, so that it is on its plane whatever the angle.
+    #[inline(always)]
+    pub fn point(&self) -> Meeting {
+        let [edge_1, edge_2] = self.edges;
+        let across = self.away.cross(self.direction);
+        let (b1, b2) = (edge_2.dot(across) * self.inverse, -edge_1.dot(across) * self.inverse);
+        // Written so that the NaN of a triangle seen edge-on becomes its first corner.
+        let b1 = min(max(b1, 0.0), 1.0);
+        let b2 = min(max(b2, 0.0), 1.0 - b1);
+        Meeting { p: self.corner + edge_1 * b1 + edge_2 * b2, b: [b1, b2] }
+    }
 }
 
 impl Block {
@@ -123,25 +152,14 @@ impl Block {
         })
     }
 
-    /// Where a line meets a lane's triangle, the barycentric coordinates in the order the vertices were given in.
-    ///
-    /// All in `f64`, after \[Moeller97\], and kept within the triangle, so that the point is on its plane whatever the angle.
+    /// Barycentric coordinates of a lane's triangle, for the vertices 1 and 2 in the order they were given in.
     #[inline(always)]
-    pub fn point(&self, lane: usize, query: &Query) -> Meeting {
-        let [a, b, c] = self.corners(lane).map(Vec3::as_dvec3);
-        let [origin, direction] = query.exact;
-        let (edge_1, edge_2) = (b - a, c - a);
-        let across = (a - origin).cross(direction);
-        let inverse = edge_1.cross(edge_2).dot(direction).recip();
-        let (b1, b2) = (edge_2.dot(across) * inverse, -edge_1.dot(across) * inverse);
-        // Written so that the NaN of a triangle seen edge-on becomes its first corner.
-        let b1 = min(max(b1, 0.0), 1.0);
-        let b2 = min(max(b2, 0.0), 1.0 - b1);
-        let p = a + edge_1 * b1 + edge_2 * b2;
+    pub fn vertex_weights(&self, lane: usize, [b1, b2]: [f64; 2]) -> Vec2 {
         // Vertex v is corner v − rotation, so that the weights of the vertices 1 and 2 are those of the corners that follow on this.
-        let (weights, first) = ([b1 as f32, b2 as f32, (1.0 - b1 - b2) as f32, b1 as f32], self.rotations[lane % LANES]);
-        let first = [0, 2, 1, 0][usize::from(first) % 4];
-        Meeting { p, b: vec2(weights[first], weights[first + 1]) }
+        let (weights, rotation) =
+            ([b1 as f32, b2 as f32, (1.0 - b1 - b2) as f32, b1 as f32], self.rotations[lane % LANES]);
+        let first = [0, 2, 1, 0][usize::from(rotation) % 4];
+        vec2(weights[first], weights[first + 1])
     }
 
     /// The lanes whose triangle the query's line meets, unless it lies behind the origin or beyond the limit for certain.
@@ -208,19 +226,40 @@ impl Block {
         [a - o, b - o, c - o]
     }
 
-    /// The parameter at which a line meets a candidate's triangle; NaN if it turns out not to.
+    /// Where a line meets the plane of a candidate's triangle, in `f64`, so that the sign is right however close the origin is to it.
     #[inline(always)]
-    pub fn meeting(&self, (lane, on_edge): (usize, bool), query: &Query) -> f64 {
-        if on_edge && !self.is_inside_exactly(lane, query) {
-            return f64::NAN;
+    pub fn crossing(&self, (lane, on_edge): (usize, bool), query: &Query) -> Crossing {
+        let [a, b, c] = self.corners(lane).map(Vec3::as_dvec3);
+        let [origin, direction] = query.exact;
+        let (away, edges) = (a - origin, [b - a, c - a]);
+        let normal = edges[0].cross(edges[1]);
+        let slope = direction.dot(normal);
+        let inverse = slope.recip();
+        let mut crossing = Crossing { t: away.dot(normal) * inverse, corner: a, edges, away, direction, inverse };
+        // NaN, of a triangle without area, is grazing.
+        let grazing = !(slope * slope > GRAZING * normal.length_squared() * query.length_squared);
+        if on_edge || grazing {
+            crossing.t = self.doubtful_parameter((lane, on_edge, grazing), query.line, crossing.t);
         }
-        self.parameter(lane, query)
+        crossing
+    }
+
+    /// The parameter where it is in doubt whether the line meets the triangle at all, or where.
+    #[cold]
+    #[inline(never)]
+    fn doubtful_parameter(&self, (lane, on_edge, grazing): (usize, bool, bool), line: Line, t: f64) -> f64 {
+        let query = Query::of(line);
+        if on_edge && !self.is_inside_exactly(lane, &query) {
+            f64::NAN
+        } else if grazing {
+            self.grazing_parameter(lane, &query, t)
+        } else {
+            t
+        }
     }
 
     /// Decides a lane with an edge function that vanished in `f32`: the same sheared corners, products exact in `f64`.
     /// What is zero even so counts as inside, for both neighbours; a triangle seen edge-on is not met.
-    #[cold]
-    #[inline(never)]
     fn is_inside_exactly(&self, lane: usize, query: &Query) -> bool {
         let ([x, y, z], [o_x, o_y, o_z], [s_x, s_y]) = (query.axes, query.o, query.shear);
         let sheared = self.corners(lane).map(|p| {
@@ -233,25 +272,7 @@ impl Block {
         inside && u + v + w != 0.0
     }
 
-    /// Where a line meets the plane of a lane's triangle, in `f64`, so that the sign is right however close
-    /// the origin is to the plane.
-    #[inline(always)]
-    fn parameter(&self, lane: usize, query: &Query) -> f64 {
-        let [a, b, c] = self.corners(lane).map(Vec3::as_dvec3);
-        let [origin, direction] = query.exact;
-        let normal = (b - a).cross(c - a);
-        let (height, slope) = ((a - origin).dot(normal), direction.dot(normal));
-        let t = height / slope;
-        // NaN, of a triangle without area, is grazing.
-        if slope * slope > GRAZING * normal.length_squared() * query.length_squared {
-            return t;
-        }
-        self.grazing_parameter(lane, query, t)
-    }
-
-    /// The same of a triangle that is seen nearly edge-on: kept within the depths of its corners.
-    #[cold]
-    #[inline(never)]
+    /// The parameter of a triangle that is seen nearly edge-on: kept within the depths of its corners.
     fn grazing_parameter(&self, lane: usize, query: &Query, t: f64) -> f64 {
         let z = query.axes[2];
         let [origin, direction] = query.exact.map(|v| v.as_ref()[z]);

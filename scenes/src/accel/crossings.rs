@@ -30,8 +30,8 @@ impl Accel {
             let primitive = Primitive::of(best.id);
             if wanted(primitive) {
                 visit(match primitive {
-                    Primitive::Triangle(_) => self.triangle_hit(&query, &best),
-                    Primitive::Analytic(_) => self.analytic_hit(&query, &best),
+                    Primitive::Triangle(_) => self.triangle_hit(&best),
+                    Primitive::Analytic(_) => self.analytic_hit(query.line, &best),
                 });
             }
         });
@@ -63,17 +63,16 @@ impl Accel {
         let block = &self.blocks[index as usize];
         let mut candidates = block.candidates::<Portable>((), query, t_max as f32 * FAR);
         while let Some(candidate) = candidates.take() {
-            let (t, lane) = (block.meeting(candidate, query), candidate.0);
+            let (crossing, lane) = (block.crossing(candidate, query), candidate.0);
+            let (t, slot) = (crossing.t, index * LANES as u32 + lane as u32);
             if t > 0.0 && t < t_max {
-                visit(Best { slot: index * LANES as u32 + lane as u32, id: block.id(lane), ..Best::before(t) });
+                visit(Best { slot, id: block.id(lane), at: crossing.point(), ..Best::before(t) });
             }
         }
     }
 
     fn all_of_analytic(&self, index: u32, query: &Query, t_max: f64, visit: &mut impl FnMut(Best)) {
-        let surface = &self.analytic[index as usize];
-        let [origin, direction] = query.exact;
-        for t in surface.meetings(origin, direction, direction.length_squared().recip()) {
+        for t in self.analytic_meetings(index, query.line) {
             if t > 0.0 && t < t_max {
                 visit(Best { slot: ANALYTIC | index, id: ANALYTIC | index, ..Best::before(t) });
             }

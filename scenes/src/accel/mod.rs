@@ -28,7 +28,7 @@ pub(crate) use crossings::Primitive;
 pub(crate) use instance::{Instance, Prototype};
 pub use kernel::Kernel;
 use pairing::Pair;
-use query::Query;
+use query::{Line, Query};
 use sampling::{Vec2, Vec3};
 use std::collections::HashMap;
 use traverse::FAR;
@@ -111,6 +111,8 @@ struct Best {
     id: u32,
     /// Where it is, if the slot says that it is in an instance.
     placed: Placed,
+    /// The point on a triangle, in the coordinates that it is kept in.
+    at: Meeting,
 }
 
 /// A primitive of an instance.
@@ -131,15 +133,13 @@ impl Best {
     /// Nothing met as yet, before `t`.
     #[inline(always)]
     fn before(t: f64) -> Self {
-        Best { t, slot: NOTHING, id: 0, placed: Placed::default() }
+        Best { t, slot: NOTHING, id: 0, placed: Placed::default(), at: Meeting::default() }
     }
 
-    /// Takes a hit if it is nearer; of two equally near, the one numbered first, so that no arrangement matters.
+    /// True of a hit that is nearer; of two equally near, of the one numbered first, so that no arrangement matters.
     #[inline(always)]
-    fn offer(&mut self, t: f64, slot: u32, id: u32) {
-        if t > 0.0 && (t < self.t || (t == self.t && id < self.id)) {
-            (self.t, self.slot, self.id) = (t, slot, id);
-        }
+    fn is_after(&self, t: f64, id: u32) -> bool {
+        t > 0.0 && (t < self.t || (t == self.t && id < self.id))
     }
 
     /// A parameter beyond which nothing is nearer, with room for the rounding of those that it is compared to.
@@ -199,32 +199,36 @@ impl Accel {
     fn resolve(&self, query: &Query, best: &Best) -> Option<Hit> {
         // The mark of nothing has all bits, so that a triangle is told by one question.
         if best.slot & (ANALYTIC | PLACED) == 0 {
-            return Some(self.triangle_hit(query, best));
+            return Some(self.triangle_hit(best));
         }
         if !best.is_hit() {
             return None;
         }
-        Some(if best.is_placed() { self.placed_hit(query.line.ray, best) } else { self.analytic_hit(query, best) })
+        Some(if best.is_placed() { self.placed_hit(query.line.ray, best) } else { self.analytic_hit(query.line, best) })
     }
 
     #[inline(always)]
-    fn triangle_hit(&self, query: &Query, best: &Best) -> Hit {
-        let Meeting { p, b } = self.triangle_point(best.slot, query);
-        Hit::Triangle { t: best.t as f32, id: best.id, p: p.as_vec3(), b }
+    fn triangle_hit(&self, best: &Best) -> Hit {
+        Hit::Triangle {
+            t: best.t as f32,
+            id: best.id,
+            p: best.at.p.as_vec3(),
+            b: self.vertex_weights(best.slot, best.at.b),
+        }
     }
 
     #[inline(never)]
-    fn analytic_hit(&self, query: &Query, best: &Best) -> Hit {
+    fn analytic_hit(&self, line: Line, best: &Best) -> Hit {
         let id = best.slot & !ANALYTIC;
-        let [origin, direction] = query.exact;
+        let [origin, direction] = line.exact();
         let at = self.analytic[id as usize].point(origin, direction, best.t);
         Hit::Analytic { t: best.t as f32, id, at }
     }
 
-    /// Where a line meets the triangle in a slot.
+    /// Barycentric coordinates of the triangle in a slot, for its vertices 1 and 2.
     #[inline(always)]
-    fn triangle_point(&self, slot: u32, query: &Query) -> Meeting {
-        self.blocks[slot as usize / LANES].point(slot as usize % LANES, query)
+    fn vertex_weights(&self, slot: u32, b: [f64; 2]) -> Vec2 {
+        self.blocks[slot as usize / LANES].vertex_weights(slot as usize % LANES, b)
     }
 }
 

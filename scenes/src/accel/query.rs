@@ -2,6 +2,7 @@
 
 use crate::ray::{Ray, UNIT_ROUNDOFF};
 use glam::DVec3;
+use sampling::Vec3;
 
 /// A ray, and its line where that is known better than it is rounded.
 #[derive(Clone, Copy)]
@@ -56,20 +57,30 @@ impl<'a> Query<'a> {
     #[inline(always)]
     pub fn of(line: Line<'a>) -> Self {
         let (d, o): (&[f32; 3], &[f32; 3]) = (line.ray.d.as_ref(), line.ray.o.as_ref());
-        let axes = AXES[dominant_axis(*d)];
+        let axes = AXES[dominant_axis(line.ray.d)];
         let [x, y, z] = axes;
         let inverse = d[z].recip();
         let shear = [d[x] * inverse, d[y] * inverse];
         let exact = line.exact();
         let length_squared = exact[1].length_squared();
-        Query { line, exact, length_squared, axes, o: [o[x], o[y], o[z]], shear, inverse, height_off: inverse.abs() * (8.0 * UNIT_ROUNDOFF) }
+        Query {
+            line,
+            exact,
+            length_squared,
+            axes,
+            o: [o[x], o[y], o[z]],
+            shear,
+            inverse,
+            height_off: inverse.abs() * (8.0 * UNIT_ROUNDOFF),
+        }
     }
 }
 
 /// The axis along which a direction is largest. Without branches, since no one knows which it is of the next ray.
 #[inline]
-pub(super) fn dominant_axis(d: [f32; 3]) -> usize {
-    let [x, y, z] = d.map(f32::abs);
+pub(super) fn dominant_axis(d: Vec3) -> usize {
+    // Magnitudes are in the order of their bits.
+    let (x, y, z) = (d.x.abs().to_bits(), d.y.abs().to_bits(), d.z.abs().to_bits());
     let among_two = usize::from(y >= x);
     if z >= x.max(y) { 2 } else { among_two }
 }

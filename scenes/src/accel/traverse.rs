@@ -3,10 +3,11 @@
 use super::bare::Stack;
 use super::block::LANES;
 use super::lanes::{Lanes, Portable, WIDTH};
-use super::query::Query;
+use super::query::{Line, Query};
 use super::tree::{Child, INSTANCE, LEAF, NUMBER, Node, SINGLE};
 use super::{ANALYTIC, Accel, Best, Hit};
 use crate::ray::{Ray, UNIT_ROUNDOFF};
+use glam::Vec3A;
 
 /// Parameters are compared with room for their rounding.
 pub(super) const FAR: f32 = 1.0 + 8.0 * UNIT_ROUNDOFF;
@@ -24,11 +25,12 @@ impl<L: Lanes> Slabs<L> {
     #[inline(always)]
     fn new(proof: L::Proof, ray: &Ray) -> Self {
         let (o, d) = (ray.o, ray.d);
-        let [x, y, z] = [reciprocal(d.x), reciprocal(d.y), reciprocal(d.z)];
+        let d = Vec3A::from(d).abs().max(Vec3A::splat(LEAST)).copysign(d.into());
+        let [x, y, z] = (-1.0 / d).to_array();
         Slabs {
             origin: [L::splat(proof, o.x), L::splat(proof, o.y), L::splat(proof, o.z)],
-            inverse: [L::splat(proof, -x), L::splat(proof, -y), L::splat(proof, -z)],
-            first: [x, y, z].map(|inverse| usize::from(inverse.is_sign_negative())),
+            inverse: [L::splat(proof, x), L::splat(proof, y), L::splat(proof, z)],
+            first: [x, y, z].map(|inverse| (!inverse.to_bits() >> 31) as usize),
         }
     }
 
@@ -53,11 +55,8 @@ impl<L: Lanes> Slabs<L> {
     }
 }
 
-/// The reciprocal; a huge one for zero, so that no product of zero and infinity arises.
-#[inline(always)]
-fn reciprocal(d: f32) -> f32 {
-    if d.abs() < 1e-24 { 1e24f32.copysign(d) } else { d.recip() }
-}
+/// Directions are at least so large along each axis, so that no product of zero and infinity arises.
+const LEAST: f32 = 1e-24;
 
 /// The nearest of the children that are met; the others are put on the stack, the nearer ones last. Up to four are put in order without
 /// branches, since these would be guessed wrong as often as not.
@@ -130,7 +129,7 @@ impl Accel {
                 self.offer_block::<L>(proof, index, query, best);
             }
             for index in 0..self.analytic.len() as u32 {
-                *best = self.offer_analytic(index, query, *best);
+                *best = self.offer_analytic(index, query.line, *best);
             }
             return;
         }
@@ -165,7 +164,7 @@ impl Accel {
         if leaf & SINGLE == 0 {
             self.offer_block::<L>(proof, leaf & !LEAF, query, best);
         } else if leaf & INSTANCE == 0 {
-            *best = self.offer_analytic(leaf & NUMBER, query, *best);
+            *best = self.offer_analytic(leaf & NUMBER, query.line, *best);
         } else {
             *best = self.offer_instance(leaf & NUMBER, query.line, *best);
         }
@@ -176,19 +175,24 @@ impl Accel {
         let block = &self.blocks[index as usize];
         let mut candidates = block.candidates::<L>(proof, query, best.limit());
         while let Some(candidate) = candidates.take() {
-            let (t, lane) = (block.meeting(candidate, query), candidate.0);
-            best.offer(t, index * LANES as u32 + lane as u32, block.id(lane));
+            let (crossing, lane) = (block.crossing(candidate, query), candidate.0);
+            let id = block.id(lane);
+            if best.is_after(crossing.t, id) {
+                (best.t, best.slot, best.id) = (crossing.t, index * LANES as u32 + lane as u32, id);
+                best.at = crossing.point();
+            }
         }
     }
 
     #[inline(never)]
-    fn offer_analytic(&self, index: u32, query: &Query, mut best: Best) -> Best {
-        let [origin, direction] = query.exact;
-        let [first, second] =
-            self.analytic[index as usize].meetings(origin, direction, query.length_squared.recip());
+    fn offer_analytic(&self, index: u32, line: Line, mut best: Best) -> Best {
+        let [first, second] = self.analytic_meetings(index, line);
         // Written so that the second counts where the first is NaN.
         let t = if first > 0.0 { first } else { second };
-        best.offer(t, ANALYTIC | index, ANALYTIC | index);
+        let slot = ANALYTIC | index;
+        if best.is_after(t, slot) {
+            (best.t, best.slot, best.id) = (t, slot, slot);
+        }
         best
     }
 
@@ -202,7 +206,7 @@ impl Accel {
                 }
             }
             for index in 0..self.analytic.len() as u32 {
-                if self.meets_analytic(index, query, t_max) {
+                if self.meets_analytic(index, query.line, t_max) {
                     return true;
                 }
             }
@@ -239,7 +243,7 @@ impl Accel {
         if leaf & SINGLE == 0 {
             self.meets_block::<L>(proof, leaf & !LEAF, query, t_max)
         } else if leaf & INSTANCE == 0 {
-            self.meets_analytic(leaf & NUMBER, query, t_max)
+            self.meets_analytic(leaf & NUMBER, query.line, t_max)
         } else {
             self.meets_instance(leaf & NUMBER, query.line.ray, t_max)
         }
@@ -250,7 +254,7 @@ impl Accel {
         let block = &self.blocks[index as usize];
         let mut candidates = block.candidates::<L>(proof, query, t_max as f32 * FAR);
         while let Some(candidate) = candidates.take() {
-            let t = block.meeting(candidate, query);
+            let t = block.crossing(candidate, query).t;
             if t > 0.0 && t < t_max {
                 return true;
             }
@@ -259,11 +263,16 @@ impl Accel {
     }
 
     #[inline(never)]
-    fn meets_analytic(&self, index: u32, query: &Query, t_max: f64) -> bool {
-        let [origin, direction] = query.exact;
-        let [first, second] =
-            self.analytic[index as usize].meetings(origin, direction, query.length_squared.recip());
+    fn meets_analytic(&self, index: u32, line: Line, t_max: f64) -> bool {
+        let [first, second] = self.analytic_meetings(index, line);
         (first > 0.0 && first < t_max) || (second > 0.0 && second < t_max)
+    }
+
+    /// The parameters at which a line meets an analytic surface, the nearer one first.
+    #[inline(always)]
+    pub(super) fn analytic_meetings(&self, index: u32, line: Line) -> [f64; 2] {
+        let [origin, direction] = line.exact();
+        self.analytic[index as usize].meetings(origin, direction, direction.length_squared().recip())
     }
 
     /// Visits the leaves whose boxes the ray meets, in any order.
