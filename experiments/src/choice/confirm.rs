@@ -31,7 +31,7 @@ struct Judged {
 
 impl Group {
     /// The candidates whose pilots it needs, its own first.
-    fn methods(&self) -> Vec<usize> {
+    pub fn methods(&self) -> Vec<usize> {
         self.division.as_ref().map_or(vec![self.m], |division| division.methods.iter().map(|(m, _)| *m).collect())
     }
 

@@ -28,8 +28,10 @@ pub mod search;
 /// The methods that take part, with settings.
 pub const TAKE_PART: [(&str, &[(&str, &str)]); 4] =
     [("path", &[]), ("light", &[]), ("bdpt", &[]), ("path", &[("strategy", "emitter")])];
-/// The part of a method's time that is taken for pilots, if a sample a pixel of each takes no more.
-pub const PILOT_PART: f64 = 0.05;
+/// The part of a method's time that is taken for choosing, if a sample a pixel of each pilot takes no more.
+pub const PILOT_PART: f64 = 0.08;
+/// The part of that time that the first pilot has. What it leaves to the second also pays for counting rays.
+const FIRST_PART: f64 = 0.3;
 /// The most samples of a pilot's image.
 const MOST: f64 = 1024.0;
 
@@ -133,7 +135,7 @@ impl Choice {
         let parts =
             f64::from(width) * f64::from(height) / (f64::from(scene.camera.width()) * f64::from(scene.camera.height()));
         let start = Instant::now();
-        let chosen = choose(scene, methods, settings, &|sample| seconds(sample * parts), stop);
+        let chosen = choose(scene, methods, settings, (start, &|sample| seconds(sample * parts)), stop);
         scene.camera.set_size(width, height);
         Ok(Choice { pilot_seconds: start.elapsed().as_secs_f64(), ..chosen? })
     }
@@ -165,7 +167,7 @@ fn choose(
     scene: &Scene,
     methods: &Methods,
     settings: &RenderSettings,
-    seconds: &dyn Fn(f64) -> f64,
+    (start, seconds): (Instant, &dyn Fn(f64) -> f64),
     stop: &Stop,
 ) -> Result<Choice, Error> {
     let layers = Request::new(settings.orders.clone(), settings.tail).layers().to_vec();
@@ -191,7 +193,9 @@ fn choose(
     if let Some(lost) = (0..layers.len()).find(|&k| !entries.iter().any(|entry| entry.carries[k])) {
         return Err(no_method(lost));
     }
-    let samples = samples(scene, &entries, &layers, seconds, stop)?;
+    let sample = sample_seconds(scene, &entries, &layers, stop)?;
+    let budget = PILOT_PART * seconds(sample / entries.len() as f64);
+    let samples = samples_within(FIRST_PART * budget, sample);
     let pilots = pilot::of_all(scene, &entries, &layers, (1, samples, REPLICATES), stop)?;
     let candidates = pilot::candidates(scene, &entries, &pilots, &layers, stop)?;
     let (assignment, _) = search::best(&candidates).map_err(no_method)?;
@@ -203,22 +207,14 @@ fn choose(
         let division = regions::divide(scene, &entries, &candidates, &layers, (m, &set), stop)?;
         groups.push(Group { m, layers: set.iter().map(|&k| layers[k]).collect(), division });
     }
-    let first: f64 = pilots.iter().map(|pilot| pilot.seconds() * f64::from(samples * REPLICATES)).sum();
-    confirm(scene, &entries, (&layers, &groups, &whole), samples, stop).map(|choice| Choice {
-        left_out,
-        pilot_seconds: choice.pilot_seconds + first,
-        ..choice
-    })
+    let again = groups.iter().flat_map(Group::methods).chain(whole.iter().map(|(m, _)| *m));
+    let sample: f64 = again.map(|m| pilots[m].seconds()).sum();
+    let samples = samples_within(budget - start.elapsed().as_secs_f64(), sample);
+    Ok(Choice { left_out, ..confirm(scene, &entries, (&layers, &groups, &whole), samples, stop)? })
 }
 
-/// The samples of a pilot's image, by the time that one takes.
-fn samples(
-    scene: &Scene,
-    entries: &[Entry],
-    layers: &[Layer],
-    seconds: &dyn Fn(f64) -> f64,
-    stop: &Stop,
-) -> Result<u32, Error> {
+/// Seconds of a sample of every pixel by each of the methods.
+fn sample_seconds(scene: &Scene, entries: &[Entry], layers: &[Layer], stop: &Stop) -> Result<f64, Error> {
     let mut all = 0.0;
     for entry in entries {
         let mut first = Pilot::new(scene, entry.method, entry.of_layers(&entry.own(layers), 0, 1))?;
@@ -228,9 +224,12 @@ fn samples(
         first.step(stop)?;
         all += 2.0 * first.seconds() - begun;
     }
-    // Both pilots are about as long.
-    let budget = PILOT_PART * seconds(all / entries.len() as f64);
-    Ok((budget / (2.0 * f64::from(REPLICATES) * all.max(1e-9))).clamp(1.0, MOST) as u32)
+    Ok(all)
+}
+
+/// The samples of a pilot's image, by the seconds that all of its images may take, and those of one sample.
+fn samples_within(budget: f64, sample: f64) -> u32 {
+    (budget / (f64::from(REPLICATES) * sample.max(1e-9))).clamp(1.0, MOST) as u32
 }
 
 /// Labels of orders as a list of ranges: `0, 2 to 4, tail`.
