@@ -129,7 +129,7 @@ impl Renderer<'_> {
                         integrals::write_checkpoint(sampler, settings, samples, seed, &mut bytes)
                     });
                     measured.map_err(|e| Error::usage(e.to_string()))?;
-                    self.growing.push(unit as u32, 0, &bytes)
+                    self.growing.append((unit as u32, 0, 0), &bytes)
                 }
             }
         })
@@ -147,7 +147,7 @@ impl Renderer<'_> {
             let seconds = self.progress.during(*estimate, |report| render.run_apart(replicate, report));
             bytes.clear();
             render.write_replicate(seconds, &mut bytes).map_err(|e| Error::usage(e.to_string()))?;
-            self.growing.push(unit as u32, replicate, &bytes)?;
+            self.growing.append((unit as u32, replicate, 0), &bytes)?;
             if replicate >= *one_by_one {
                 render.gather_replicate(seconds);
                 let gathered = replicate % GROUP + 1;

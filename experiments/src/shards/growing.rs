@@ -97,12 +97,18 @@ impl Growing {
         &self.places
     }
 
-    /// Appends a record of a replicate by itself, or of something that is one.
+    /// Appends a record of unit, first replicate, and 0 or how many have been added up.
     ///
     /// # Errors
     /// If it cannot be written; those before are intact then.
-    pub fn push(&mut self, unit: u32, replicate: u32, bytes: &[u8]) -> Result<(), Error> {
-        self.append((unit, replicate, 0), bytes)
+    pub fn append(&mut self, content: (u32, u32, u32), bytes: &[u8]) -> Result<(), Error> {
+        let place = Place::of(content, self.end, bytes);
+        let parts = [&place.head()[..], bytes, place.hash.as_bytes()];
+        let written = parts.into_iter().try_for_each(|part| self.file.write_all(part));
+        written.map_err(|source| failed("write", &self.beside, source))?;
+        self.places.push(place);
+        self.end = place.end();
+        Ok(())
     }
 
     /// Puts a record of so many replicates in the place of their own, which come last.
@@ -118,16 +124,6 @@ impl Growing {
         back.map_err(|source| failed("write", &self.beside, source))?;
         self.append((unit, replicate, replicates), bytes)?;
         self.file.set_len(self.end).map_err(|source| failed("write", &self.beside, source))
-    }
-
-    fn append(&mut self, content: (u32, u32, u32), bytes: &[u8]) -> Result<(), Error> {
-        let place = Place::of(content, self.end, bytes);
-        let parts = [&place.head()[..], bytes, place.hash.as_bytes()];
-        let written = parts.into_iter().try_for_each(|part| self.file.write_all(part));
-        written.map_err(|source| failed("write", &self.beside, source))?;
-        self.places.push(place);
-        self.end = place.end();
-        Ok(())
     }
 
     /// Reads a record that is complete.
@@ -185,7 +181,7 @@ mod tests {
 
     fn grown(place: &Path, replicates: std::ops::Range<u32>) -> Growing {
         let mut growing = Growing::open(place, head(1), false).unwrap();
-        replicates.for_each(|replicate| growing.push(4, replicate, &bytes(replicate)).unwrap());
+        replicates.for_each(|replicate| growing.append((4, replicate, 0), &bytes(replicate)).unwrap());
         growing
     }
 
@@ -220,7 +216,7 @@ mod tests {
         let [place, other] = ["a.shard", "b.shard"].map(|name| folder.path().join(name));
         let mut growing = grown(&place, 0..5);
         growing.gather(3, b"moments").unwrap();
-        growing.push(4, 5, &bytes(5)).unwrap();
+        growing.append((4, 5, 0), &bytes(5)).unwrap();
         drop(growing);
         let growing = Growing::open(&place, head(1), false).unwrap();
         let contents: Vec<_> = growing.places().iter().map(Place::content).collect();

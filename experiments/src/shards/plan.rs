@@ -68,8 +68,14 @@ impl UnitOfWork {
         (groups.start * GROUP).min(self.replicates)..(groups.end * GROUP).min(self.replicates)
     }
 
+    /// Those in a range of groups that are counted from the plan's first, of which so many come before its own.
+    fn replicates_of(&self, before: u64, groups: &Range<u64>) -> Range<u32> {
+        let inside = |group: u64| group.saturating_sub(before).min(u64::from(self.groups())) as u32;
+        self.replicates_in(&(inside(groups.start)..inside(groups.end)))
+    }
+
     /// What a file holds of these replicates: the first of each record, and 0 or how many have been added up in it.
-    fn records(&self, replicates: Range<u32>) -> impl Iterator<Item = (u32, u32)> {
+    fn records(&self, replicates: Range<u32>) -> impl Iterator<Item = (u32, u32)> + use<> {
         let middle = self.one_by_one.clamp(replicates.start, replicates.end);
         let groups = (middle..replicates.end).step_by(GROUP as usize);
         let group = move |first: u32| (first, GROUP.min(replicates.end - first));
@@ -182,18 +188,18 @@ impl ShardPlan {
     pub fn replicates(&self, shard: u32, unit: usize) -> Range<u32> {
         let Share { first, end } = self.shards[shard as usize - 1];
         let before: u64 = self.units[..unit].iter().map(|unit| u64::from(unit.groups())).sum();
-        let unit = &self.units[unit];
-        let inside = |group: u64| group.saturating_sub(before).min(u64::from(unit.groups())) as u32;
-        unit.replicates_in(&(inside(first)..inside(end)))
+        self.units[unit].replicates_of(before, &(first..end))
     }
 
     /// What a shard holds, as [`Place::content`](super::file::Place::content) tells it.
     pub fn contents(&self, shard: u32) -> impl Iterator<Item = (u32, u32, u32)> {
-        let of = move |unit: usize| {
-            let records = self.units[unit].records(self.replicates(shard, unit));
-            records.map(move |(replicate, gathered)| (unit as u32, replicate, gathered))
-        };
-        (0..self.units.len()).flat_map(of)
+        let Share { first, end } = self.shards[shard as usize - 1];
+        let mut before = 0;
+        self.units.iter().enumerate().flat_map(move |(i, unit)| {
+            let replicates = unit.replicates_of(before, &(first..end));
+            before += u64::from(unit.groups());
+            unit.records(replicates).map(move |(replicate, gathered)| (i as u32, replicate, gathered))
+        })
     }
 
     /// Seconds that a shard probably takes, and the bytes of its file.
