@@ -1,7 +1,8 @@
 //! All shards of a plan, looked through; and what is wrong with those that cannot be merged.
 
 use super::file::{self, Contents, Look, Place};
-use super::{FOLDER, Foreign, ShardPlan, difference, stream};
+use super::stream::{self, Take};
+use super::{FOLDER, Foreign, ShardPlan, difference};
 use crate::error::Error;
 use crate::result::Origin;
 use integrators::state::damaged;
@@ -48,22 +49,13 @@ impl Shards {
     /// Has the records of the unit whose numbers follow from what has this hash taken in order, until `take` breaks.
     ///
     /// # Errors
-    /// Those of `take`, and if a record cannot be read or does not fit its hash, or there is none.
-    pub fn each(
-        &self,
-        content: &blake3::Hash,
-        take: &mut dyn FnMut(&Place, &[u8]) -> io::Result<ControlFlow<()>>,
-    ) -> Result<(), Error> {
+    /// If a record cannot be read or taken, or does not fit its hash, or there is none.
+    pub fn each(&self, content: &blake3::Hash, take: &mut Take) -> Result<(), Error> {
         let records = self.units.get(content).map(|&unit| self.records[unit].as_slice());
-        let Some(records) = records.filter(|records| !records.is_empty()) else {
-            return Err(Error::usage("the plan lacks what this experiment asks for; plan anew in another folder"));
-        };
-        let mut taken = 0;
-        stream::records(&self.files, records, &mut |place, bytes| {
-            let file = records[taken].0;
-            taken += 1;
-            take(place, bytes).map_err(|source| stream::unread(&self.files[file], source))
-        })
+        match records.filter(|records| !records.is_empty()) {
+            Some(records) => stream::records(&self.files, records, take),
+            None => Err(Error::usage("the plan lacks what this experiment asks for; plan anew in another folder")),
+        }
     }
 
     /// Reads the one record of a unit that is not divided.

@@ -11,16 +11,16 @@ use std::thread;
 
 /// Records in memory at once: the one that is taken and the one that is read.
 const HELD: usize = 2;
+const MEND: &str = "remove it, and run its shard again";
+
+/// What takes a record and its bytes, and says whether there shall be more.
+pub type Take<'a> = dyn FnMut(&Place, &[u8]) -> io::Result<ControlFlow<()>> + 'a;
 
 /// Reads records, each given by the number of its file, and has them taken in order until there are no more or `take` breaks.
 ///
 /// # Errors
-/// Those of `take`, and if a record cannot be read or its hash does not fit; all before it have been taken then.
-pub fn records(
-    files: &[PathBuf],
-    records: &[(usize, Place)],
-    take: &mut dyn FnMut(&Place, &[u8]) -> Result<ControlFlow<()>, Error>,
-) -> Result<(), Error> {
+/// If a record cannot be read or taken, or its hash does not fit; all before it have been taken then.
+pub fn records(files: &[PathBuf], records: &[(usize, Place)], take: &mut Take) -> Result<(), Error> {
     thread::scope(|scope| {
         let (full, filled) = sync_channel(0);
         let (empty, emptied) = channel();
@@ -28,17 +28,18 @@ pub fn records(
         scope.spawn(move || {
             let mut open = None;
             // Who takes them may have gone.
-            for ((file, place), mut bytes) in records.iter().zip(emptied) {
-                let read = read((*file, &files[*file]), place, &mut open, &mut bytes);
+            for (&(file, ref place), mut bytes) in records.iter().zip(emptied) {
+                let read = read((file, &files[file]), place, &mut open, &mut bytes);
                 let failed = read.is_err();
-                if full.send(read.map(|()| (place, bytes))).is_err() || failed {
+                if full.send((file, read.map(|()| (place, bytes)))).is_err() || failed {
                     return;
                 }
             }
         });
-        for record in filled {
-            let (place, bytes) = record?;
-            if take(place, &bytes)?.is_break() {
+        for (file, record) in filled {
+            let failed = |source| Error::Io { action: "read", path: files[file].clone(), source, mend: MEND };
+            let (place, bytes) = record.map_err(failed)?;
+            if take(place, &bytes).map_err(failed)?.is_break() {
                 break;
             }
             // The last ones are not waited for.
@@ -54,18 +55,10 @@ fn read(
     place: &Place,
     open: &mut Option<(usize, File)>,
     bytes: &mut Vec<u8>,
-) -> Result<(), Error> {
-    let mut read = || -> io::Result<()> {
-        let file = match open {
-            Some((opened, file)) if *opened == number => file,
-            _ => &mut open.insert((number, File::open(path)?)).1,
-        };
-        read_record(file, place, bytes)
+) -> io::Result<()> {
+    let file = match open {
+        Some((opened, file)) if *opened == number => file,
+        _ => &mut open.insert((number, File::open(path)?)).1,
     };
-    read().map_err(|source| unread(path, source))
-}
-
-/// What is said of a record that cannot be read.
-pub(super) fn unread(path: &Path, source: io::Error) -> Error {
-    Error::Io { action: "read", path: path.to_owned(), source, mend: "remove it, and run its shard again" }
+    read_record(file, place, bytes)
 }
