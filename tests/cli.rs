@@ -27,6 +27,8 @@ mod shards;
 mod signals;
 #[cfg(target_os = "linux")]
 mod submit;
+#[cfg(target_os = "linux")]
+mod threads;
 
 fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_neumann"));

@@ -1,14 +1,19 @@
 //! A method at work in a scene: its render, what is noted of each replicate, and the state that both are kept in.
 
 use crate::error::Error;
-use crate::observations::Observations;
+use crate::observations::{ONE_BY_ONE, Observations};
 use crate::plan::{PlannedMethod, PlannedScene};
 use crate::reference::Judge;
 use crate::result::RenderRecord;
-use crate::shards::Shards;
+use crate::shards::file::Place;
 use crate::states::{self, States, Unit};
-use integrators::state::Stored;
+use integrators::state::{Stored, damaged};
+use integrators::statistics::GROUP;
 use integrators::{Layer, Measurement, PartSettings, Render, RenderError, RenderSettings, Request, Window};
+use std::io;
+
+/// What the images of a method are for, other than checkpoints, references and the like.
+pub const IMAGE: &str = "image";
 
 /// What a method is to render in a scene, and what for: known before any ray is traced.
 #[derive(Clone)]
@@ -46,6 +51,12 @@ impl Work<'_> {
         format!("{}-{}-{}", self.scene.name, self.planned.label, self.what)
     }
 
+    /// Whether replicates after the first [`ONE_BY_ONE`] are noted group by group: those of images that are judged by nothing, of which no more is
+    /// noted than follows from moments.
+    pub fn is_noted_in_groups(&self) -> bool {
+        self.what == IMAGE && self.judged_by.is_empty()
+    }
+
     /// Pixels of its image.
     pub fn pixels(&self) -> usize {
         let window = Window::of(&self.scene.scene);
@@ -76,6 +87,7 @@ pub struct Job<'a> {
     layers: Vec<Layer>,
     render: Render<'a>,
     observations: Observations,
+    in_groups: bool,
     judge: Option<Judge>,
     unit: Unit,
     content: blake3::Hash,
@@ -97,7 +109,7 @@ impl<'a> Job<'a> {
         judge: Option<Judge>,
         states: &mut States,
     ) -> Result<Self, Error> {
-        let (unit, content) = (work.unit(), work.content());
+        let (unit, content, in_groups) = (work.unit(), work.content(), work.is_noted_in_groups());
         let mut render = work.render()?;
         let found = states.load(&unit, |from| {
             render.resume(from)?;
@@ -111,7 +123,21 @@ impl<'a> Job<'a> {
         let Work { scene, planned, settings, request, what, .. } = work;
         let (samples, layers) = (settings.samples_per_replicate, request.layers().to_vec());
         let saved = resumed;
-        Ok(Self { scene, planned, what, samples, layers, render, observations, judge, unit, content, resumed, saved })
+        Ok(Self {
+            scene,
+            planned,
+            what,
+            samples,
+            layers,
+            render,
+            observations,
+            in_groups,
+            judge,
+            unit,
+            content,
+            resumed,
+            saved,
+        })
     }
 
     /// Complete replicates.
@@ -144,19 +170,43 @@ impl<'a> Job<'a> {
     pub fn run_replicate(&mut self, progress: &(dyn Fn(f64) + Sync)) -> f64 {
         let before = self.render.seconds();
         self.render.run_replicate(progress);
-        self.observations.observe(&self.render, self.judge.as_ref());
+        self.note();
         self.render.seconds() - before
     }
 
-    /// Takes the next replicate from where shards keep it, and notes it.
+    /// Notes the replicate rendered last, or the group that it has ended.
+    fn note(&mut self) {
+        let replicates = self.replicates();
+        if !self.in_groups || replicates <= ONE_BY_ONE {
+            self.observations.observe(&self.render, self.judge.as_ref());
+        } else if replicates.is_multiple_of(GROUP) {
+            self.observations.observe_group(&self.render);
+        }
+    }
+
+    /// The hash of what its images follow from, the program apart.
+    pub fn content(&self) -> blake3::Hash {
+        self.content
+    }
+
+    /// Takes the next replicate, or group of them, from a record of a shard, and notes it.
     ///
     /// # Errors
-    /// If it cannot be read.
-    pub fn take_replicate(&mut self, shards: &Shards) -> Result<(), Error> {
-        let (place, render) = ((&self.content, self.replicates()), &mut self.render);
-        shards.read(place, |from| render.take_replicate(from))?;
-        self.observations.observe(&self.render, self.judge.as_ref());
-        Ok(())
+    /// If the record is of others, or damaged.
+    pub fn take(&mut self, place: &Place, mut bytes: &[u8]) -> io::Result<()> {
+        let is_group = place.gathered > 0;
+        let next = place.replicate == self.replicates();
+        if !next || is_group && !(self.in_groups && self.replicates() >= ONE_BY_ONE) {
+            return Err(damaged("it is of other replicates"));
+        }
+        if is_group {
+            self.render.take_group(bytes)?;
+            self.observations.observe_group(&self.render);
+            return Ok(());
+        }
+        self.render.take_replicate(&mut bytes)?;
+        self.note();
+        if bytes.is_empty() { Ok(()) } else { Err(damaged("it is longer than it should be")) }
     }
 
     /// Saves its state, unless that is saved already.
@@ -193,7 +243,12 @@ impl<'a> Job<'a> {
     }
 
     /// Ends it: what was measured, and what was noted.
-    pub fn finish(self) -> (Measurement, Observations) {
+    pub fn finish(mut self) -> (Measurement, Observations) {
+        // A last group that is not full: of more replicates it would have been noted when it was.
+        if self.in_groups && !self.replicates().is_multiple_of(GROUP) && self.observations.lack(self.replicates()) {
+            self.render.end_group();
+            self.observations.observe_group(&self.render);
+        }
         (self.render.finish(), self.observations)
     }
 }

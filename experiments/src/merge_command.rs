@@ -6,12 +6,17 @@ use crate::machine::Began;
 use crate::output::Folder;
 use crate::plan::Plan;
 use crate::progress::{Verbosity, while_loading};
+use crate::shards::file::Look;
 use crate::shards::folder::Found;
 use crate::shards::{self, Foreign, ShardPlan, Shards};
 use crate::states::States;
 use crate::stop::Stop;
 use crate::{budget, manifest, run_command, runner};
 use integrators::Methods;
+use std::path::Path;
+
+/// If all is well at a second look.
+const AGAIN: &str = "they have changed since; merge again";
 
 /// Writes the results of a plan's shards, or says what is wrong with them.
 ///
@@ -28,16 +33,24 @@ pub fn merge(args: &MergeArgs, methods: &Methods, verbosity: Verbosity, stop: &S
     divided.check(&mut plan)?;
     let mut folder = Folder::open(path)?;
     run_command::former_results(path, &plan, false)?;
-    let shards = match pool.install(|| Shards::find(path, &divided, foreign))? {
+    let find = |look| pool.install(|| Shards::find(path, &divided, foreign, look));
+    let shards = match find(Look::Records)? {
         Found::All(shards) => shards,
-        Found::Faults(faults, _) => {
-            eprintln!("error: the shards in {} cannot be merged\n{}", path.display(), faults.join("\n"));
-            return Ok(Status::Failed);
-        }
+        // What else is wrong is told as well.
+        Found::Faults(..) => return told(path, find(Look::Bytes)?),
     };
     let origins = shards.origins.clone();
     let mut states = States::of_shards(shards);
-    let mut outcome = pool.install(|| runner::run(&mut plan, &mut states, verbosity, stop))?;
+    // Bytes are checked as they are taken, so that they are read but once.
+    let mut outcome = match pool.install(|| runner::run(&mut plan, &mut states, verbosity, stop)) {
+        Ok(outcome) => outcome,
+        Err(e) => {
+            return match find(Look::Bytes)? {
+                Found::All(_) => Err(e),
+                faults => told(path, faults),
+            };
+        }
+    };
     if let Some(signal) = stop.signal() {
         eprintln!("stopped early: nothing was written; the same command begins again");
         return Ok(Status::Interrupted(signal));
@@ -50,4 +63,11 @@ pub fn merge(args: &MergeArgs, methods: &Methods, verbosity: Verbosity, stop: &S
     run_command::tell(&result, path, verbosity)?;
     let flags = RunArgs { allow_invalid: args.allow_invalid, ..RunArgs::default() };
     Ok(run_command::status(&result, &flags, stop))
+}
+
+/// Says what is wrong with the shards.
+fn told(path: &Path, found: Found) -> Result<Status, Error> {
+    let faults = if let Found::Faults(faults, _) = found { faults.join("\n") } else { AGAIN.to_owned() };
+    eprintln!("error: the shards in {} cannot be merged\n{faults}", path.display());
+    Ok(Status::Failed)
 }

@@ -7,9 +7,13 @@ use crate::statistics::errors::{Errors, LayerErrors};
 use crate::statistics::flip::{self, PIXELS_PER_DEGREE};
 use crate::statistics::time::{TimeToError, time_to_error};
 use crate::statistics::{Estimate, means, positive};
-use integrators::statistics::MAX_COVARIANCE_LAYERS;
+use integrators::statistics::{GROUP, MAX_COVARIANCE_LAYERS};
 use integrators::{Render, stored};
 use rayon::prelude::*;
+
+/// So many replicates are noted one by one. Of images that are judged by nothing the groups after them are noted as wholes: there are then so many
+/// groups that intervals rest on these, and their moments are all that has to be known of them.
+pub const ONE_BY_ONE: u32 = 32 * GROUP;
 
 /// What is noted, as far as it is asked for.
 #[derive(Default)]
@@ -67,13 +71,26 @@ impl Observations {
         }
     }
 
+    /// Looks at the group that ended last.
+    pub fn observe_group(&mut self, render: &Render) {
+        let (replicates, products) = render.last_group();
+        if let Some(covariances) = &mut self.covariances {
+            covariances.push_group(replicates as usize, products);
+        }
+    }
+
+    /// Whether fewer replicates than these have been noted.
+    pub fn lack(&self, replicates: u32) -> bool {
+        self.covariances.as_ref().is_some_and(|covariances| covariances.replicates() < replicates as usize)
+    }
+
     /// Intervals of variances, covariances and efficiencies, given each replicate's seconds.
     pub fn intervals(&self, seconds: &[f64]) -> Option<Intervals> {
         let covariances = self.covariances.as_ref()?;
         let layers = covariances.layers();
-        let mut squares: Vec<Vec<f64>> = (0..layers).map(|layer| covariances.squares(layer).to_vec()).collect();
+        let mut squares: Vec<Vec<f64>> = (0..layers).map(|layer| covariances.squares(layer).into_owned()).collect();
         squares.push(covariances.squares_of_sum());
-        let later = seconds.get(1..)?;
+        let seconds = covariances.beside(seconds.get(1..)?);
         let variance: Vec<Estimate> =
             squares.iter().enumerate().map(|(i, q)| positive::variance(q, i as u64)).collect();
         let pairs = (0..layers).flat_map(|i| (0..=i).map(move |j| (i, j)));
@@ -85,8 +102,9 @@ impl Observations {
         Some(Intervals {
             covariance: pairs.map(covariance).collect(),
             variance,
-            efficiency: squares.iter().enumerate().map(|(i, q)| positive::efficiency(q, later, i as u64)).collect(),
+            efficiency: squares.iter().enumerate().map(|(i, q)| positive::efficiency(q, &seconds, i as u64)).collect(),
             squares,
+            seconds,
         })
     }
 
@@ -117,8 +135,10 @@ pub struct Intervals {
     pub efficiency: Vec<Estimate>,
     /// Between layers i and j ≤ i, at `i (i + 1)/2 + j`.
     pub covariance: Vec<Estimate>,
-    /// What each replicate but the first adds to the variance.
+    /// What each replicate but the first adds to the variance, or each group of them where these were noted as wholes.
     pub squares: Vec<Vec<f64>>,
+    /// The seconds of these.
+    pub seconds: Vec<f64>,
 }
 
 /// How far a method's images are from their reference, layer by layer, the distance of their sum from that of all orders last.

@@ -111,9 +111,10 @@ impl MethodResult {
         }
     }
 
-    /// The seconds of the replicates that squared deviations are noted of, and those deviations, layer by layer, their sum last.
+    /// The squared deviations that are noted, layer by layer, their sum last, and the seconds of the same replicates.
     fn noted(&self) -> Option<(&[Vec<f64>], &[f64])> {
-        Some((&self.intervals.as_ref()?.squares, self.measurement.replicate_seconds.get(1..)?))
+        let intervals = self.intervals.as_ref()?;
+        Some((&intervals.squares, &intervals.seconds))
     }
 
     /// Its efficiency over another's for the sum of all layers, or for one by its place in each; `None` where the two have other

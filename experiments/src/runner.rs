@@ -5,7 +5,7 @@
 use crate::budget::Budget;
 use crate::error::Error;
 use crate::integrals;
-use crate::job::{Job, Work};
+use crate::job::{IMAGE, Job, Work};
 use crate::live::Display;
 use crate::observations::Observations;
 use crate::path_class;
@@ -221,9 +221,6 @@ fn total_work(plan: &Plan, samples: &[Vec<u32>], lengths: &[RunLength]) -> f64 {
 fn pixels(scene: &PlannedScene) -> f64 {
     f64::from(scene.scene.camera.width()) * f64::from(scene.scene.camera.height())
 }
-
-/// What the states of images are called.
-const IMAGE: &str = "image";
 
 /// A plan at work.
 struct Runner<'r> {

@@ -8,12 +8,14 @@ use crate::job::Work;
 use crate::plan::Plan;
 use crate::progress::{Progress, Verbosity, while_loading};
 use crate::runner::works::{self, Task};
-use crate::shards::file::{self, Growing, Head};
+use crate::shards::file::{self, Head, Look, Place};
+use crate::shards::growing::Growing;
+use crate::shards::plan::UnitOfWork;
 use crate::shards::{self, Foreign, ShardChoice, ShardPlan};
 use crate::source::Source;
 use crate::stop::Stop;
-use integrators::Methods;
 use integrators::statistics::GROUP;
+use integrators::{Methods, Render};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -55,7 +57,8 @@ pub fn run(
     let mut growing = renderer.growing;
     if let Some(signal) = stop.signal() {
         growing.flush()?;
-        let (done, all) = (growing.places().len(), divided.contents(shard).count());
+        let done: u32 = growing.places().iter().map(Place::replicates).sum();
+        let all: usize = (0..divided.units.len()).map(|unit| divided.replicates(shard, unit).len()).sum();
         eprintln!(
             "stopped early: {done} of {all} replicates of shard {shard} are kept; the same command goes on from there"
         );
@@ -75,9 +78,9 @@ fn said(verbosity: Verbosity, text: &str) -> Result<Status, Error> {
 
 /// Whether a shard's file is there and whole.
 fn is_complete(place: &Path, divided: &ShardPlan, shard: u32) -> bool {
-    file::scan(place).is_ok_and(|contents| {
+    file::scan(place, Look::Bytes).is_ok_and(|contents| {
         let ours = contents.head.plan.to_hex().as_str() == divided.hash && contents.head.shard == shard;
-        let held = contents.places.iter().map(|place| (place.unit, place.replicate));
+        let held = contents.places.iter().map(Place::content);
         ours && contents.fault.is_none() && held.eq(divided.contents(shard))
     })
 }
@@ -110,7 +113,8 @@ impl Renderer<'_> {
             let unit = number;
             number += 1;
             let replicates = self.divided.replicates(self.shard, unit);
-            let done = self.growing.places().iter().filter(|place| place.unit as usize == unit).count() as u32;
+            let places = self.growing.places().iter().filter(|place| place.unit as usize == unit);
+            let done: u32 = places.map(Place::replicates).sum();
             let left = replicates.start + done..replicates.end;
             self.progress.skip(f64::from(done) * self.divided.units[unit].seconds);
             if left.is_empty() || self.stop.signal().is_some() {
@@ -125,7 +129,7 @@ impl Renderer<'_> {
                         integrals::write_checkpoint(sampler, settings, samples, seed, &mut bytes)
                     });
                     measured.map_err(|e| Error::usage(e.to_string()))?;
-                    self.growing.push(unit as u32, 0, &bytes)
+                    self.growing.append((unit as u32, 0, 0), &bytes)
                 }
             }
         })
@@ -134,25 +138,50 @@ impl Renderer<'_> {
     /// Renders replicates of one unit, each of which goes to the file at once.
     fn render(&mut self, work: &Work, unit: usize, replicates: Range<u32>) -> Result<(), Error> {
         let mut render = work.render()?;
-        // A replicate's counts go on from those before it in its group.
-        let before = self.growing.places().last().copied().filter(|_| !replicates.start.is_multiple_of(GROUP));
-        if let Some(place) = before {
-            self.growing.read(&place, |from| render.read_replicate(from))?;
-        }
+        let divided = self.divided;
+        let UnitOfWork { name, replicates: end, one_by_one, seconds: estimate, .. } = &divided.units[unit];
+        self.take_up(&mut render, replicates.start, *one_by_one)?;
         let mut bytes = Vec::new();
-        let end = self.divided.units[unit].replicates;
         for replicate in replicates {
-            let name = &self.divided.units[unit].name;
             self.progress.say(format!("{name}, {} of {end}", replicate + 1));
-            let estimate = self.divided.units[unit].seconds;
-            let seconds = self.progress.during(estimate, |report| render.run_apart(replicate, report));
+            let seconds = self.progress.during(*estimate, |report| render.run_apart(replicate, report));
             bytes.clear();
             render.write_replicate(seconds, &mut bytes).map_err(|e| Error::usage(e.to_string()))?;
-            self.growing.push(unit as u32, replicate, &bytes)?;
+            self.growing.append((unit as u32, replicate, 0), &bytes)?;
+            if replicate >= *one_by_one {
+                render.gather_replicate(seconds);
+                let gathered = replicate % GROUP + 1;
+                if gathered == GROUP || replicate + 1 == *end {
+                    bytes.clear();
+                    render.write_group(&mut bytes).map_err(|e| Error::usage(e.to_string()))?;
+                    self.growing.gather(gathered, &bytes)?;
+                }
+            }
             if self.stop.signal().is_some() {
                 break;
             }
         }
         Ok(())
+    }
+
+    /// Reads what an earlier process has left of the group that goes on with this replicate.
+    fn take_up(&self, render: &mut Render, next: u32, one_by_one: u32) -> Result<(), Error> {
+        let begun = (next % GROUP) as usize;
+        let places = self.growing.places();
+        if next >= one_by_one {
+            // All of it is to be added up.
+            return places[places.len() - begun..].iter().try_for_each(|place| {
+                self.growing.read(place, |from| {
+                    let seconds = render.read_replicate(from)?;
+                    render.gather_replicate(seconds);
+                    Ok(())
+                })
+            });
+        }
+        // A replicate's counts go on from those before it in its group.
+        match places.last().filter(|_| begun > 0) {
+            Some(place) => self.growing.read(place, |from| render.read_replicate(from).map(drop)),
+            None => Ok(()),
+        }
     }
 }

@@ -7,6 +7,7 @@ use crate::export::write_atomically;
 use crate::plan_command;
 use crate::progress::Verbosity;
 use crate::shards::engines::{Engine, Task};
+use crate::shards::file::Look;
 use crate::shards::folder::Found;
 use crate::shards::plan::{FILE, quoted};
 use crate::shards::{Foreign, ShardPlan, Shards};
@@ -29,18 +30,19 @@ pub fn submit(args: &SubmitArgs, methods: &Methods, verbosity: Verbosity, stop: 
     let plan = ShardPlan::read(&folder)?;
     plan.check_source(&source)?;
     let folder = std::path::absolute(&folder).unwrap_or(folder);
-    let missing = match budget::pool(args.threads)?.install(|| Shards::find(&folder, &plan, Foreign::Refused))? {
-        Found::All(_) => {
-            let merge = quoted(&folder.to_string_lossy());
-            print(&format!("all {} shards are complete: neumann merge {merge}\n", plan.count()))?;
-            return Ok(Status::Done);
-        }
-        Found::Faults(faults, missing) if missing.is_empty() => {
-            eprintln!("error: the shards in {} cannot be merged\n{}", folder.display(), faults.join("\n"));
-            return Ok(Status::Failed);
-        }
-        Found::Faults(_, missing) => missing,
-    };
+    let missing =
+        match budget::pool(args.threads)?.install(|| Shards::find(&folder, &plan, Foreign::Refused, Look::Bytes))? {
+            Found::All(_) => {
+                let merge = quoted(&folder.to_string_lossy());
+                print(&format!("all {} shards are complete: neumann merge {merge}\n", plan.count()))?;
+                return Ok(Status::Done);
+            }
+            Found::Faults(faults, missing) if missing.is_empty() => {
+                eprintln!("error: the shards in {} cannot be merged\n{}", folder.display(), faults.join("\n"));
+                return Ok(Status::Failed);
+            }
+            Found::Faults(_, missing) => missing,
+        };
     let task = Task { plan: &plan, folder: &folder, program: program(args), missing: &missing, args };
     let files = args.engine.files(&task);
     let home = folder.join(FOLDER);

@@ -125,6 +125,8 @@ pub struct Render<'a> {
     group: Tally,
     /// Those of all groups before.
     whole: Tally,
+    /// Replicates of the group that ended last, and what it has added to the products of deviations.
+    last_group: (u32, Vec<[f64; 3]>),
 }
 
 impl<'a> Render<'a> {
@@ -180,6 +182,7 @@ impl<'a> Render<'a> {
             film: Film::new(width, height, layers),
             group: Tally::new(pixels, &grid, layers, series),
             whole: Tally::new(pixels, &grid, layers, series),
+            last_group: (0, Vec::new()),
             grid,
             request,
             window,
@@ -272,7 +275,7 @@ impl<'a> Render<'a> {
     fn add_replicate(&mut self, seconds: f64) {
         self.group.push(&self.film, &self.grid, self.settings.samples_per_replicate, seconds);
         if self.group.count() == GROUP {
-            self.close_group();
+            self.end_group();
         }
     }
 
@@ -333,14 +336,24 @@ impl<'a> Render<'a> {
         [self.film.sums[at] * scale, self.film.sums[at + 1] * scale, self.film.sums[at + 2] * scale]
     }
 
-    fn close_group(&mut self) {
-        self.whole.merge(&self.group);
-        self.group.clear();
+    /// Ends the group at work, full or not. One that is not is the last.
+    pub fn end_group(&mut self) {
+        if self.group.count() > 0 {
+            self.last_group = (self.group.count(), self.whole.merge(&self.group));
+            self.group.clear();
+        }
+    }
+
+    /// Replicates of the group that ended last, and what it has added to the sums over pixels of products of deviations, as
+    /// [`ImageMoments::products`](crate::statistics::ImageMoments::products) lists them: as many degrees of freedom as it has replicates, or
+    /// one less if it is the first.
+    pub fn last_group(&self) -> (u32, &[[f64; 3]]) {
+        (self.last_group.0, &self.last_group.1)
     }
 
     /// Ends the render and gives what was measured.
     pub fn finish(mut self) -> Measurement {
-        self.close_group();
+        self.end_group();
         let (tally, layers) = (self.whole, self.request.layers().to_vec());
         let whole = tally.pixels;
         let pixels = self.window.width() as f64 * self.window.height() as f64;

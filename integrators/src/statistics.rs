@@ -58,7 +58,12 @@ impl ImageMoments {
 
     /// Whether these are moments of images of the same pixels and layers.
     pub fn is_like(&self, other: &Self) -> bool {
-        let lengths = |m: &Self| [m.layers, m.series, m.mean.len(), m.m2.len(), m.products.len()];
+        self.has_layers_of(other) && [self.mean.len(), self.m2.len()] == [other.mean.len(), other.m2.len()]
+    }
+
+    /// Whether these are moments of images of the same layers.
+    pub fn has_layers_of(&self, other: &Self) -> bool {
+        let lengths = |m: &Self| [m.layers, m.series, m.products.len()];
         lengths(self) == lengths(other)
     }
 
@@ -107,27 +112,42 @@ impl ImageMoments {
         means
     }
 
-    /// Adds all replicates of another set \[Chan83\].
-    pub fn merge(&mut self, other: &Self) {
-        if other.count == 0 {
-            return;
+    /// Adds all replicates of another set \[Chan83\]. Returns what that adds to the products: those of the other set, and those of the
+    /// distance between the two means.
+    pub fn merge(&mut self, other: &Self) -> Vec<[f64; 3]> {
+        self.merge_numbers(other.count, (&other.mean, &other.m2), &other.products)
+    }
+
+    /// The same for a set of so many replicates whose means and squared deviations may still be bytes.
+    pub fn merge_numbers<N: Number>(
+        &mut self,
+        count: u32,
+        (other_mean, other_m2): (&[N], &[N]),
+        products: &[[f64; 3]],
+    ) -> Vec<[f64; 3]> {
+        let mut added = products.to_vec();
+        if count == 0 {
+            return added;
         }
-        let (a, b) = (self.count as f64, other.count as f64);
+        let (a, b) = (self.count as f64, count as f64);
         let (share, factor) = (b / (a + b), a * b / (a + b));
-        let (layers, stride) = (self.layers, self.layers * 3);
-        let entries = self.products.len();
+        let (layers, stride, entries) = (self.layers, self.layers * 3, self.products.len());
         let pieces: Vec<_> = self
             .mean
             .par_chunks_mut(PIECE * stride)
             .zip(self.m2.par_chunks_mut(PIECE * stride))
-            .zip(other.mean.par_chunks(PIECE * stride).zip(other.m2.par_chunks(PIECE * stride)))
+            .zip(other_mean.par_chunks(PIECE * stride).zip(other_m2.par_chunks(PIECE * stride)))
             .map(|((mean, m2), (other_mean, other_m2))| {
                 let mut piece = Piece::new(layers, self.series, entries);
-                for start in (0..mean.len()).step_by(stride) {
-                    for i in 0..stride {
-                        let delta = other_mean[start + i] - mean[start + i];
-                        mean[start + i] += delta * share;
-                        m2[start + i] += other_m2[start + i] + delta * delta * factor;
+                let pixels = mean.chunks_exact_mut(stride).zip(m2.chunks_exact_mut(stride));
+                let others = other_mean.chunks_exact(stride).zip(other_m2.chunks_exact(stride));
+                for ((mean, m2), (other_mean, other_m2)) in pixels.zip(others) {
+                    for (i, ((mean, m2), (other_mean, other_m2))) in
+                        mean.iter_mut().zip(m2).zip(other_mean.iter().zip(other_m2)).enumerate()
+                    {
+                        let delta = other_mean.value() - *mean;
+                        *mean += delta * share;
+                        *m2 += other_m2.value() + delta * delta * factor;
                         piece.before[i] = delta;
                         piece.after[i] = delta * factor;
                     }
@@ -136,9 +156,30 @@ impl ImageMoments {
                 piece.products
             })
             .collect();
-        pieces.iter().for_each(|products| add(&mut self.products, products));
-        add(&mut self.products, &other.products);
-        self.count += other.count;
+        pieces.iter().for_each(|products| add(&mut added, products));
+        add(&mut self.products, &added);
+        self.count += count;
+        added
+    }
+}
+
+/// An `f64`, or the bytes of one, little-endian.
+pub trait Number: Sync {
+    /// The number.
+    fn value(&self) -> f64;
+}
+
+impl Number for f64 {
+    #[inline]
+    fn value(&self) -> f64 {
+        *self
+    }
+}
+
+impl Number for [u8; 8] {
+    #[inline]
+    fn value(&self) -> f64 {
+        f64::from_le_bytes(*self)
     }
 }
 
@@ -295,8 +336,11 @@ mod tests {
     fn merging_groups_equals_one_long_run_to_rounding() {
         let films = films(11);
         let (long, mut merged) = (moments(&films), moments(&films[..8]));
-        merged.merge(&moments(&films[8..]));
+        let before = merged.products.clone();
+        let added = merged.merge(&moments(&films[8..]));
         assert_eq!(merged.count, long.count);
+        let grown = |i: usize| (0..3).all(|c| (merged.products[i][c] - before[i][c] - added[i][c]).abs() < 1e-12);
+        assert!((0..before.len()).all(grown));
         let close = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
         assert!(close(&merged.mean, &long.mean) && close(&merged.m2, &long.m2));
         assert!(close(merged.products.as_flattened(), long.products.as_flattened()));

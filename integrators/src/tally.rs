@@ -3,7 +3,7 @@
 use crate::film::Film;
 use crate::fireflies::Fireflies;
 use crate::measurement::Counters;
-use crate::statistics::{BlockGrid, ImageMoments};
+use crate::statistics::{BlockGrid, ImageMoments, Number};
 use crate::stored;
 
 /// Moments, lists and counts of successive replicates: of a group at work, or of all groups before it.
@@ -55,15 +55,21 @@ impl Tally {
         self.seconds.push(seconds);
     }
 
-    /// Adds a tally of the replicates that follow.
-    pub fn merge(&mut self, other: &Self) {
-        self.pixels.merge(&other.pixels);
+    /// Adds a tally of the replicates that follow. Returns what that adds to the products of the pixels' deviations.
+    pub fn merge(&mut self, other: &Self) -> Vec<[f64; 3]> {
+        self.merge_numbers(other, (&other.pixels.mean, &other.pixels.m2))
+    }
+
+    /// The same where the pixels' means and squared deviations, which may still be bytes, are not in the other tally.
+    pub fn merge_numbers<N: Number>(&mut self, other: &Self, numbers: (&[N], &[N])) -> Vec<[f64; 3]> {
+        let added = self.pixels.merge_numbers(other.count(), numbers, &other.pixels.products);
         self.blocks.merge(&other.blocks);
         self.means.extend_from_slice(&other.means);
         self.seconds.extend_from_slice(&other.seconds);
         self.invalid.iter_mut().zip(&other.invalid).for_each(|(sum, n)| *sum += n);
         self.counters += other.counters;
         self.fireflies.merge(&other.fireflies);
+        added
     }
 
     /// Forgets all replicates.
@@ -79,8 +85,13 @@ impl Tally {
 
     /// Whether it is one of images of the same pixels and layers, whole in itself.
     pub fn is_like(&self, other: &Self) -> bool {
+        self.pixels.is_like(&other.pixels) && self.is_like_beside(other)
+    }
+
+    /// The same, whatever pixels there are.
+    pub fn is_like_beside(&self, other: &Self) -> bool {
         let count = self.count() as usize;
-        self.pixels.is_like(&other.pixels)
+        self.pixels.has_layers_of(&other.pixels)
             && self.blocks.is_like(&other.blocks)
             && self.blocks.count == self.pixels.count
             && self.invalid.len() == other.invalid.len()

@@ -2,7 +2,8 @@
 
 use super::durable::{moments, outcome, start};
 use super::*;
-use neumann::shards::file::scan;
+use neumann::shards::ShardPlan;
+use neumann::shards::file::{Look, Place, scan};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -101,7 +102,7 @@ fn as_many_shards_as_there_are_groups_and_no_more() {
     assert_same(&folder.path().join("serial"), &folder.path().join("p"));
     // Nothing is in a file but replicates: sums of three channels and three orders in 120 pixels.
     for path in files_of(folder.path(), "p") {
-        let contents = scan(&path).unwrap();
+        let contents = scan(&path, Look::Bytes).unwrap();
         let payload = contents.places.len() as u64 * 120 * 3 * 3 * 8;
         let length = std::fs::metadata(&path).unwrap().len();
         assert!(contents.fault.is_none() && length > payload);
@@ -130,7 +131,7 @@ fn a_shard_that_is_killed_again_and_again_goes_on() {
             _ => child.kill().unwrap(),
         }
         child.wait().unwrap();
-        let now = scan(&partial).map_or(0, |contents| contents.places.len());
+        let now = scan(&partial, Look::Bytes).map_or(0, |contents| contents.places.len());
         assert!(now >= kept, "{now} replicates are kept of {kept}");
         kept = now;
     }
@@ -141,13 +142,52 @@ fn a_shard_that_is_killed_again_and_again_goes_on() {
     assert_same(&folder.path().join("serial"), &folder.path().join("p"));
 }
 
+/// Of images that nothing judges the moments of the groups after the first 32 are kept, whatever ends a process in the middle of one.
+#[test]
+fn of_many_replicates_moments_are_kept_and_have_the_bits_of_a_run_in_one_piece() {
+    let many = PLAIN.replace("spp = 34", "spp = 16620").replace("replicates = 17", "replicates = 277");
+    let folder = folder_with(&[("e.toml", &many)]);
+    let at = |name: &str| folder.path().join(name);
+    // First fewer of them, with a last group that is not full.
+    succeed(folder.path(), &["run", "e.toml", "--quiet", "--out", "serial", "--spp", "15660", "--replicates", "261"]);
+    succeed(folder.path(), &["run", "e.toml", "--quiet", "--out", "serial"]);
+    plan(folder.path(), 35, "p");
+    let plan = ShardPlan::read(&at("p")).unwrap();
+    let in_groups = |shard: u32| plan.contents(shard).any(|(.., gathered)| gathered > 0);
+    let later = (1..=35).find(|&shard| in_groups(shard)).unwrap();
+    let (which, name) = (format!("{later}/35"), format!("{later:04}_of_0035.shard"));
+    let partial = at(&format!("p/shards/.{name}.partial"));
+    let is_begun = |place: &&Place| place.replicate >= 256 && place.gathered == 0;
+    let begun = || scan(&partial, Look::Bytes).is_ok_and(|contents| contents.places.iter().any(|p| is_begun(&p)));
+    let killed_within_a_group = (0..100).any(|_| {
+        let mut child = start(folder.path(), &shard("p", &which));
+        while !begun() && child.try_wait().unwrap().is_none() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        // It was quicker than we.
+        let _ = std::fs::remove_file(at(&format!("p/shards/{name}")));
+        begun()
+    });
+    assert!(killed_within_a_group);
+    render(folder.path(), "p", (1..=35).rev(), 35);
+    succeed(folder.path(), &["merge", "p", "--quiet"]);
+    assert_same(&at("serial"), &at("p"));
+    let places = files_of(folder.path(), "p").into_iter().flat_map(|path| scan(&path, Look::Bytes).unwrap().places);
+    let places: Vec<Place> = places.collect();
+    let gathered: Vec<u32> = places.iter().map(|place| place.gathered).filter(|&n| n > 0).collect();
+    assert_eq!(gathered, [8, 8, 5, 8, 8, 5]);
+    assert_eq!(places.iter().map(Place::replicates).sum::<u32>(), 2 * 277);
+}
+
 #[test]
 fn what_sigterm_ends_is_kept_to_the_replicate() {
     let folder = folder_with(&[("e.toml", &PLAIN.replace("spp = 34", "spp = 34000"))]);
     plan(folder.path(), 1, "p");
     let mut child = start(folder.path(), &shard("p", "1/1"));
     let partial = folder.path().join("p/shards/.0001_of_0001.shard.partial");
-    let held = || scan(&partial).map_or(0, |contents| contents.places.len());
+    let held = || scan(&partial, Look::Bytes).map_or(0, |contents| contents.places.len());
     let patience = Instant::now() + Duration::from_secs(60);
     while held() < 1 {
         assert!(Instant::now() < patience && child.try_wait().unwrap().is_none(), "no replicate is kept");
@@ -157,7 +197,7 @@ fn what_sigterm_ends_is_kept_to_the_replicate() {
     assert!(!message.contains("panic"));
     Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(143));
-    let contents = scan(&partial).unwrap();
+    let contents = scan(&partial, Look::Bytes).unwrap();
     let replicates: Vec<u32> = contents.places.iter().map(|place| place.replicate).collect();
     assert!((1..34).contains(&replicates.len()), "{replicates:?}");
     assert_eq!(contents.end, std::fs::metadata(&partial).unwrap().len(), "what is kept is whole");
@@ -245,7 +285,7 @@ fn numbers_that_would_have_other_bits_are_refused_or_allowed() {
 
 /// Changes the head of a shard's file so that all hashes fit.
 fn forge(path: &Path, from: &str, to: &str) {
-    let contents = scan(path).unwrap();
+    let contents = scan(path, Look::Bytes).unwrap();
     let bytes = std::fs::read(path).unwrap();
     let length = u32::from_le_bytes(bytes[52..56].try_into().unwrap()) as usize;
     let origin = String::from_utf8(bytes[56..56 + length].to_vec()).unwrap();
@@ -339,7 +379,7 @@ fn a_disk_without_room_costs_no_replicate() {
     let message = text(&output.stderr);
     assert_eq!((output.status.code(), message.matches("error:").count()), (Some(2), 1), "{message}");
     assert!(message.contains("shard.partial") && message.contains("make room there"), "{message}");
-    let kept = scan(&folder.path().join("p/shards/.0001_of_0001.shard.partial")).unwrap().places.len();
+    let kept = scan(&folder.path().join("p/shards/.0001_of_0001.shard.partial"), Look::Bytes).unwrap().places.len();
     assert!(kept > 0, "what was complete is kept");
     render(folder.path(), "p", [1], 1);
     succeed(folder.path(), &["merge", "p", "--quiet"]);

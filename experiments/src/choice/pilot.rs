@@ -249,7 +249,7 @@ pub fn candidates(
 /// may have missed what is rare.
 fn doubts(pilot: &Pilot) -> Vec<f64> {
     let doubt = |own: usize| {
-        let found = positive::variance(pilot.covariances.squares(own), own as u64);
+        let found = positive::variance(&pilot.covariances.squares(own), own as u64);
         found.interval.map_or(1.0, |(_, high)| (high / found.value).sqrt())
     };
     (0..pilot.layers.len()).map(doubt).collect()

@@ -80,7 +80,7 @@ fn checkpoints(
     stop: &Stop,
 ) -> Result<Vec<Measured>, Error> {
     if let Some(shards) = states.shards() {
-        let read = |&samples: &u32| shards.read((&content(sampler, settings, samples, seed), 0), Stored::read);
+        let read = |&samples: &u32| shards.read(&content(sampler, settings, samples, seed), |from| Stored::read(from));
         return settings.checkpoints.iter().map(read).collect();
     }
     let unit = Unit::new(&format!("integrals-{sampler}"), &format!("{seed} {settings:?}"));

@@ -322,7 +322,8 @@ mod tests {
         let mut method = result("room", 9).methods.remove(1);
         let squares = (0..8).map(|i| times * (1.0 + 0.1 * (f64::from(i) + times).sin())).collect();
         let (variance, efficiency, covariance) = (Vec::new(), Vec::new(), Vec::new());
-        method.intervals = Some(Intervals { variance, efficiency, covariance, squares: vec![squares] });
+        method.intervals =
+            Some(Intervals { variance, efficiency, covariance, squares: vec![squares], seconds: vec![0.5; 8] });
         method.measurement.replicate_seconds = vec![0.5; 9];
         method
     }

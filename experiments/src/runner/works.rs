@@ -1,15 +1,17 @@
 //! All that a plan renders, piece by piece: for runs that are divided among machines.
 
 use super::reference::Works;
-use super::{IMAGE, RunLength, Runner, checkpoint, cost, image_work};
+use super::{RunLength, Runner, checkpoint, cost, image_work};
 use crate::config::Convergence;
 use crate::error::Error;
 use crate::integrals;
-use crate::job::{Job, Work};
+use crate::job::{IMAGE, Job, Work};
+use crate::observations::ONE_BY_ONE;
 use crate::plan::Plan;
 use crate::reference::pool::PILOT;
 use crate::shards::Shards;
 use sampling::sampler::SamplerKind;
+use std::ops::ControlFlow;
 
 /// A unit of work, independent of all others.
 pub enum Task<'a> {
@@ -52,6 +54,14 @@ impl Task<'_> {
         match self {
             Task::Render(_, replicates) => *replicates,
             Task::Integrals { .. } => 1,
+        }
+    }
+
+    /// How many of them, the first, have to be kept one by one; of the others the moments of groups will do.
+    pub fn one_by_one(&self) -> u32 {
+        match self {
+            Task::Render(work, replicates) if work.is_noted_in_groups() => ONE_BY_ONE.min(*replicates),
+            _ => self.replicates(),
         }
     }
 }
@@ -115,11 +125,15 @@ impl Runner<'_> {
         for (turn, job) in jobs.iter_mut().enumerate() {
             let of = if job.what == IMAGE { String::new() } else { format!(", {}", job.what) };
             self.progress.say(format!("{}, {}{of}", job.scene.name, job.planned.label));
-            while job.replicates() < length.most(turn) {
-                self.progress.during(job.work(), |_| job.take_replicate(shards))?;
-                if self.stop.signal().is_some() {
-                    return Ok(());
-                }
+            let work = job.work();
+            shards.each(&job.content(), &mut |place, bytes| {
+                let all = work * f64::from(place.replicates());
+                self.progress.during(all, |_| job.take(place, bytes))?;
+                let ended = self.stop.signal().is_some() || job.replicates() >= length.most(turn);
+                Ok(if ended { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
+            })?;
+            if self.stop.signal().is_some() {
+                return Ok(());
             }
         }
         Ok(())

@@ -1,38 +1,40 @@
-//! A shard's file: replicates one after the other, as they were rendered.
+//! A shard's file: records one after the other, each of a replicate or of a group of them.
 //!
 //! | bytes | what |
 //! |---|---|
-//! | 16 | `neumann shard 1` and a line feed; 1 is the format |
+//! | 16 | `neumann shard 2` and a line feed; 2 is the format |
 //! | 32 | the plan's hash |
 //! | 4 | the shard's number from 1, little-endian as all that follows |
 //! | 4, … | the length of what follows, and who rendered it, as JSON |
-//! | | for every replicate: |
-//! | 4 + 4 + 8 | unit of work, replicate, and the length of what follows |
-//! | … | what [`Render::write_replicate`](integrators::Render::write_replicate) writes |
+//! | | for every record: |
+//! | 4 + 4 + 4 + 8 | unit of work, its first replicate, 0 or how many have been added up, and the length of what follows |
+//! | … | what [`Render::write_replicate`](integrators::Render::write_replicate) writes, or [`Render::write_group`](integrators::Render::write_group) |
 //! | 32 | BLAKE3 of these |
 //! | | and at the end: |
-//! | 4 + 4 | 2³² − 1, and how many replicates there are |
+//! | 4 + 4 | 2³² − 1, and how many records there are |
 //! | 32 | BLAKE3 of the head and of all these hashes |
-//!
-//! While it grows it lies beside its place under another name, locked. Whatever ends the program, all of its replicates but the one at work can be
-//! taken up; when it is whole, it is flushed to the disk and renamed.
 
-use crate::error::Error;
 use crate::result::Origin;
 use integrators::state::{Stored, damaged};
-use std::fs::{self, File, TryLockError};
-use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
-use std::path::{Path, PathBuf};
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
 
-const MAGIC: &[u8; 16] = b"neumann shard 1\n";
-const HASH: usize = blake3::OUT_LEN;
-/// What stands for a unit of work where there is no other replicate.
-const END: u32 = u32::MAX;
+const MAGIC: &[u8; 16] = b"neumann shard 2\n";
+/// What files of all formats begin with.
+const KIND: &[u8] = b"neumann shard ";
+/// Bytes of a hash.
+pub(super) const HASH: usize = blake3::OUT_LEN;
+/// What stands for a unit of work where there is no other record.
+pub(super) const END: u32 = u32::MAX;
 /// Bytes that are hashed at once.
 const BUFFER: usize = 1 << 20;
+/// Bytes that are read and hashed at once where they are kept: what a processor's own cache holds of them.
+const PIECE: usize = 1 << 18;
+/// Bytes read at once where records are skipped.
+const SKIPPED: usize = 1 << 8;
 /// No name of a machine or compiler is that long.
 const LONGEST_ORIGIN: usize = 1 << 16;
-const MEND: &str = "make room there, or let it be written; the same command then goes on with what is complete";
 
 /// What a shard's file begins with.
 #[derive(Clone, Debug)]
@@ -46,7 +48,7 @@ pub struct Head {
 }
 
 impl Head {
-    fn to_bytes(&self) -> Vec<u8> {
+    pub(super) fn to_bytes(&self) -> Vec<u8> {
         let origin = serde_json::to_vec(&self.origin).unwrap_or_default();
         let mut bytes = [&MAGIC[..], self.plan.as_bytes(), &self.shard.to_le_bytes()].concat();
         bytes.extend_from_slice(&(origin.len() as u32).to_le_bytes());
@@ -57,6 +59,9 @@ impl Head {
     fn read(from: &mut dyn Read) -> io::Result<Self> {
         let (mut magic, mut plan) = ([0; MAGIC.len()], [0; HASH]);
         from.read_exact(&mut magic)?;
+        if magic != *MAGIC && magic.starts_with(KIND) {
+            return Err(damaged("it is of a format that other versions of neumann write"));
+        }
         from.read_exact(&mut plan)?;
         let (shard, length) = (u32::read(from)?, u32::read(from)? as usize);
         if magic != *MAGIC || length > LONGEST_ORIGIN {
@@ -69,7 +74,7 @@ impl Head {
     }
 
     /// Whether another one is of the same shard, and of numbers with the same bits.
-    fn is_like(&self, other: &Self) -> bool {
+    pub(super) fn is_like(&self, other: &Self) -> bool {
         let kind = |origin: &Origin| {
             let Origin { neumann, program, machine } = origin.clone();
             (neumann, program, machine.platform, machine.kernels)
@@ -78,26 +83,76 @@ impl Head {
     }
 }
 
-/// A replicate in a file.
+/// A record in a file.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
     /// The unit of work, as the plan counts.
     pub unit: u32,
-    /// The replicate.
+    /// The replicate, or the first of a group.
     pub replicate: u32,
+    /// 0 for a replicate by itself; of replicates that have been added up, how many they are.
+    pub gathered: u32,
     /// Where its bytes begin.
     pub offset: u64,
     /// How many there are.
     pub length: u64,
-    hash: blake3::Hash,
+    pub(super) hash: blake3::Hash,
 }
 
-/// A file looked through: every byte has been found to be what was written, as far as [`Contents::end`].
+impl Place {
+    /// Bytes before those of a record.
+    pub(super) const HEAD: u64 = 20;
+
+    /// The record that begins at `start` and holds these bytes.
+    pub(super) fn of((unit, replicate, gathered): (u32, u32, u32), start: u64, bytes: &[u8]) -> Self {
+        let (offset, length) = (start + Self::HEAD, bytes.len() as u64);
+        let mut place = Self { unit, replicate, gathered, offset, length, hash: blake3::Hash::from_bytes([0; HASH]) };
+        place.hash = place.begun_hash().update(bytes).finalize();
+        place
+    }
+
+    /// Replicates in it.
+    pub fn replicates(&self) -> u32 {
+        self.gathered.max(1)
+    }
+
+    /// Unit, first replicate, and how many have been added up.
+    pub fn content(&self) -> (u32, u32, u32) {
+        (self.unit, self.replicate, self.gathered)
+    }
+
+    /// Where the next one begins.
+    pub(super) fn end(&self) -> u64 {
+        self.offset + self.length + HASH as u64
+    }
+
+    pub(super) fn head(&self) -> Vec<u8> {
+        let numbers = [self.unit, self.replicate, self.gathered].map(u32::to_le_bytes);
+        [numbers.as_flattened(), &self.length.to_le_bytes()].concat()
+    }
+
+    fn begun_hash(&self) -> blake3::Hasher {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&self.head());
+        hasher
+    }
+}
+
+/// How closely a file is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Look {
+    /// Every byte is read, and has to fit its hash.
+    Bytes,
+    /// The records' own bytes are skipped: they are checked when they are read. All else is looked at, their hashes included.
+    Records,
+}
+
+/// A file looked through: all that was looked at has been found to be what was written, as far as [`Contents::end`].
 #[derive(Debug)]
 pub struct Contents {
     /// Its head.
     pub head: Head,
-    /// Its replicates.
+    /// Its records.
     pub places: Vec<Place>,
     /// Where the last of them ends.
     pub end: u64,
@@ -109,16 +164,17 @@ pub struct Contents {
 ///
 /// # Errors
 /// If its head cannot be read.
-pub fn scan(path: &Path) -> io::Result<Contents> {
+pub fn scan(path: &Path, look: Look) -> io::Result<Contents> {
     let file = File::open(path)?;
     let length = file.metadata()?.len();
-    let mut from = BufReader::with_capacity(BUFFER, file);
+    let buffer = if look == Look::Bytes { BUFFER } else { SKIPPED };
+    let mut from = BufReader::with_capacity(buffer, file);
     let head = Head::read(&mut from)?;
     let mut contents = Contents { head, places: Vec::new(), end: from.stream_position()?, fault: None };
     let fault = loop {
-        match next(&mut from, contents.end, length, &contents) {
+        match next(&mut from, look, length, &contents) {
             Ok(Some(place)) => {
-                contents.end = place.offset + place.length + HASH as u64;
+                contents.end = place.end();
                 contents.places.push(place);
             }
             Ok(None) => break None,
@@ -130,39 +186,41 @@ pub fn scan(path: &Path) -> io::Result<Contents> {
     Ok(contents)
 }
 
-/// The replicate that begins here; `None` at the end of a file that is whole.
-fn next(from: &mut BufReader<File>, start: u64, length: u64, before: &Contents) -> io::Result<Option<Place>> {
+/// The record that begins where those before end; `None` at the end of a file that is whole.
+fn next(from: &mut BufReader<File>, look: Look, length: u64, before: &Contents) -> io::Result<Option<Place>> {
     let (unit, replicate) = (u32::read(from)?, u32::read(from)?);
+    let mut hash = [0; HASH];
     if unit == END {
-        let mut hash = [0; HASH];
         from.read_exact(&mut hash)?;
         let is_whole = replicate as usize == before.places.len()
             && whole_hash(&before.head, &before.places) == blake3::Hash::from_bytes(hash)
             && from.stream_position()? == length;
         return if is_whole { Ok(None) } else { Err(damaged("its hash does not fit its bytes")) };
     }
-    let place_length = u64::read(from)?;
-    let offset = start + 16;
+    let (gathered, place_length, offset) = (u32::read(from)?, u64::read(from)?, before.end + Place::HEAD);
     if place_length > length.saturating_sub(offset + HASH as u64) {
         return Err(io::ErrorKind::UnexpectedEof.into());
     }
-    let mut hasher = begun_hash(unit, replicate, place_length);
-    hasher.update_reader(from.by_ref().take(place_length))?;
-    let (found, mut hash) = (hasher.finalize(), [0; HASH]);
-    from.read_exact(&mut hash)?;
-    if found != blake3::Hash::from_bytes(hash) {
-        return Err(damaged("a hash in it does not fit its bytes"));
+    let hash_of_nothing = blake3::Hash::from_bytes(hash);
+    let mut place = Place { unit, replicate, gathered, offset, length: place_length, hash: hash_of_nothing };
+    let mut hasher = place.begun_hash();
+    match look {
+        Look::Bytes => drop(hasher.update_reader(from.by_ref().take(place_length))?),
+        Look::Records => from.seek_relative(place_length as i64)?,
     }
-    Ok(Some(Place { unit, replicate, offset, length: place_length, hash: found }))
+    from.read_exact(&mut hash)?;
+    place.hash = blake3::Hash::from_bytes(hash);
+    if look == Look::Bytes && hasher.finalize() != place.hash {
+        return Err(misfit());
+    }
+    Ok(Some(place))
 }
 
-fn begun_hash(unit: u32, replicate: u32, length: u64) -> blake3::Hasher {
-    let mut hasher = blake3::Hasher::new();
-    hasher.update(&unit.to_le_bytes()).update(&replicate.to_le_bytes()).update(&length.to_le_bytes());
-    hasher
+fn misfit() -> io::Error {
+    damaged("a hash in it does not fit its bytes")
 }
 
-fn whole_hash(head: &Head, places: &[Place]) -> blake3::Hash {
+pub(super) fn whole_hash(head: &Head, places: &[Place]) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     hasher.update(&head.to_bytes());
     for place in places {
@@ -171,215 +229,18 @@ fn whole_hash(head: &Head, places: &[Place]) -> blake3::Hash {
     hasher.finalize()
 }
 
-/// A shard's file while it grows.
-pub struct Growing {
-    head: Head,
-    place: PathBuf,
-    beside: PathBuf,
-    /// Open, and locked, for as long as this lives.
-    file: File,
-    places: Vec<Place>,
-    end: u64,
-}
-
-/// Whether a path still leads to an open file.
-#[cfg(unix)]
-fn is_at(file: &File, path: &Path) -> bool {
-    use std::os::unix::fs::MetadataExt;
-    let (open, there) = (file.metadata(), fs::metadata(path));
-    open.is_ok_and(|open| there.is_ok_and(|there| (open.dev(), open.ino()) == (there.dev(), there.ino())))
-}
-
-/// Whether a path still leads to a file; one that is open cannot be renamed here.
-#[cfg(not(unix))]
-fn is_at(_: &File, path: &Path) -> bool {
-    path.exists()
-}
-
-impl Growing {
-    /// The file that will be renamed to `place`, from where a process that was ended before has left it, or a `fresh` one.
-    ///
-    /// # Errors
-    /// If another process is at it, or it cannot be written.
-    pub fn open(place: &Path, head: Head, fresh: bool) -> Result<Self, Error> {
-        let name = place.file_name().unwrap_or_default().to_string_lossy();
-        let beside = place.with_file_name(format!(".{name}.partial"));
-        let folder = place.parent().unwrap_or(Path::new("."));
-        fs::create_dir_all(folder).map_err(|source| failed("write", folder, source))?;
-        let file = loop {
-            let opened = File::options().read(true).write(true).create(true).truncate(false).open(&beside);
-            let file = opened.map_err(|source| failed("write", &beside, source))?;
-            match file.try_lock() {
-                Err(TryLockError::WouldBlock) => {
-                    let shard = head.shard;
-                    return Err(Error::usage(format!(
-                        "shard {shard} is being rendered by another process; wait until it ends"
-                    )));
-                }
-                Err(TryLockError::Error(e)) if e.kind() != io::ErrorKind::Unsupported => {
-                    return Err(failed("write", &beside, e));
-                }
-                _ => {}
-            }
-            // Who had it before may have renamed it between its opening here and its locking.
-            if is_at(&file, &beside) {
-                break file;
-            }
-        };
-        let mut growing = Self { head, place: place.to_owned(), beside, file, places: Vec::new(), end: 0 };
-        if fresh {
-            growing.file.set_len(0).map_err(|source| failed("write", &growing.beside, source))?;
-        }
-        growing.take_up().map_err(|source| failed("write", &growing.beside, source))?;
-        Ok(growing)
-    }
-
-    /// Finds what is complete, and cuts off what is not.
-    fn take_up(&mut self) -> io::Result<()> {
-        let contents = scan(&self.beside).ok().filter(|contents| contents.head.is_like(&self.head));
-        if let Some(contents) = contents {
-            (self.head, self.places, self.end) = (contents.head, contents.places, contents.end);
-            self.file.set_len(self.end)?;
-            self.file.seek(SeekFrom::End(0))?;
-            return Ok(());
-        }
-        let head = self.head.to_bytes();
-        self.file.set_len(0)?;
-        self.file.seek(SeekFrom::Start(0))?;
-        self.file.write_all(&head)?;
-        self.end = head.len() as u64;
-        Ok(())
-    }
-
-    /// The replicates that are complete.
-    pub fn places(&self) -> &[Place] {
-        &self.places
-    }
-
-    /// Appends a replicate.
-    ///
-    /// # Errors
-    /// If it cannot be written; those before are intact then.
-    pub fn push(&mut self, unit: u32, replicate: u32, bytes: &[u8]) -> Result<(), Error> {
-        let length = bytes.len() as u64;
-        let hash = begun_hash(unit, replicate, length).update(bytes).finalize();
-        let start = [&unit.to_le_bytes()[..], &replicate.to_le_bytes(), &length.to_le_bytes()].concat();
-        let written = [&start[..], bytes, hash.as_bytes()].into_iter().try_for_each(|part| self.file.write_all(part));
-        written.map_err(|source| failed("write", &self.beside, source))?;
-        self.places.push(Place { unit, replicate, offset: self.end + start.len() as u64, length, hash });
-        self.end += start.len() as u64 + length + HASH as u64;
-        Ok(())
-    }
-
-    /// Reads a replicate that is complete.
-    ///
-    /// # Errors
-    /// If it cannot be read.
-    pub fn read<T>(&self, place: &Place, read: impl FnOnce(&mut dyn Read) -> io::Result<T>) -> Result<T, Error> {
-        read_place(&self.beside, place, read).map_err(|source| failed("read", &self.beside, source))
-    }
-
-    /// Has what is complete outlast a loss of power.
-    ///
-    /// # Errors
-    /// If it cannot be written.
-    pub fn flush(&mut self) -> Result<(), Error> {
-        self.file.sync_all().map_err(|source| failed("write", &self.beside, source))
-    }
-
-    /// Puts the whole file in its place.
-    ///
-    /// # Errors
-    /// If it cannot be written.
-    pub fn finish(mut self) -> Result<(), Error> {
-        let hash = whole_hash(&self.head, &self.places);
-        let count = self.places.len() as u32;
-        let end = [&END.to_le_bytes()[..], &count.to_le_bytes(), hash.as_bytes()].concat();
-        let written = self.file.write_all(&end).and_then(|()| self.file.sync_all());
-        let placed = written.and_then(|()| fs::rename(&self.beside, &self.place));
-        placed.map_err(|source| failed("write", &self.place, source))?;
-        // The file is complete; that its name lasts is for the folder to say, where the system lets it.
-        let _ = File::open(self.place.parent().unwrap_or(Path::new("."))).and_then(|folder| folder.sync_all());
-        Ok(())
-    }
-}
-
-/// Reads a replicate from a file.
+/// Reads a record from its file into `bytes`, which have been found then to be what was written.
 ///
 /// # Errors
-/// If it cannot be read, or `read` leaves some of it.
-pub fn read_place<T>(path: &Path, place: &Place, read: impl FnOnce(&mut dyn Read) -> io::Result<T>) -> io::Result<T> {
-    let mut file = File::open(path)?;
+/// If it cannot be read, or its hash does not fit.
+pub fn read_record(file: &mut File, place: &Place, bytes: &mut Vec<u8>) -> io::Result<()> {
+    let length = usize::try_from(place.length).map_err(|_| damaged("a length beyond all memory"))?;
+    bytes.resize(length, 0);
     file.seek(SeekFrom::Start(place.offset))?;
-    let mut from = BufReader::with_capacity(BUFFER, file).take(place.length);
-    let value = read(&mut from)?;
-    if from.limit() > 0 { Err(damaged("it is longer than it should be")) } else { Ok(value) }
-}
-
-fn failed(action: &'static str, path: &Path, source: io::Error) -> Error {
-    Error::Io { action, path: path.to_owned(), source, mend: MEND }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn head(shard: u32) -> Head {
-        Head { plan: blake3::hash(b"plan"), shard, origin: crate::shards::origin(1) }
+    let mut hasher = place.begun_hash();
+    for piece in bytes.chunks_mut(PIECE) {
+        file.read_exact(piece)?;
+        hasher.update(piece);
     }
-
-    fn bytes(replicate: u32) -> Vec<u8> {
-        (0..1000 + replicate).map(|i| (i * 7 + replicate) as u8).collect()
-    }
-
-    fn grown(place: &Path, replicates: std::ops::Range<u32>) -> Growing {
-        let mut growing = Growing::open(place, head(1), false).unwrap();
-        replicates.for_each(|replicate| growing.push(4, replicate, &bytes(replicate)).unwrap());
-        growing
-    }
-
-    #[test]
-    fn a_file_that_goes_on_later_has_the_bytes_of_one_made_at_once() {
-        let folder = tempfile::tempdir().unwrap();
-        let [whole, later] = ["a.shard", "b.shard"].map(|name| folder.path().join(name));
-        grown(&whole, 0..5).finish().unwrap();
-        drop(grown(&later, 0..3));
-        let beside = folder.path().join(".b.shard.partial");
-        let length = std::fs::metadata(&beside).unwrap().len();
-        // Killed while it wrote the third.
-        File::options().write(true).open(&beside).unwrap().set_len(length - 1).unwrap();
-        let growing = Growing::open(&later, head(1), false).unwrap();
-        assert_eq!(growing.places().iter().map(|place| place.replicate).collect::<Vec<_>>(), [0, 1]);
-        let mut read = Vec::new();
-        growing.read(&growing.places()[1], |from| from.read_to_end(&mut read)).unwrap();
-        assert_eq!(read, bytes(1));
-        assert!(Growing::open(&later, head(1), false).err().unwrap().to_string().contains("another process"));
-        drop(growing);
-        grown(&later, 2..5).finish().unwrap();
-        assert!(std::fs::read(&whole).unwrap() == std::fs::read(&later).unwrap());
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
-        // What is left of another shard is not taken up.
-        drop(grown(&later, 0..3));
-        assert!(Growing::open(&later, head(2), false).unwrap().places().is_empty());
-    }
-
-    #[test]
-    fn every_byte_that_changes_is_found() {
-        let folder = tempfile::tempdir().unwrap();
-        let place = folder.path().join("a.shard");
-        grown(&place, 0..3).finish().unwrap();
-        let whole = std::fs::read(&place).unwrap();
-        let is_whole = |bytes: &[u8]| {
-            std::fs::write(&place, bytes).unwrap();
-            scan(&place).is_ok_and(|contents| contents.fault.is_none())
-        };
-        assert!(is_whole(&whole));
-        for at in (0..whole.len()).step_by(13).chain([whole.len() - 1]) {
-            let mut bytes = whole.clone();
-            bytes[at] ^= 1;
-            assert!(!is_whole(&bytes), "byte {at}");
-            assert!(!is_whole(&whole[..at]), "{at} bytes");
-        }
-        assert!(!is_whole(&[&whole[..], b"x"].concat()));
-    }
+    if hasher.finalize() == place.hash { Ok(()) } else { Err(misfit()) }
 }

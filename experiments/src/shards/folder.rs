@@ -1,19 +1,24 @@
 //! All shards of a plan, looked through; and what is wrong with those that cannot be merged.
 
-use super::file::{self, Contents, Place, read_place};
+use super::file::{self, Contents, Look, Place};
+use super::stream::{self, Take};
 use super::{FOLDER, Foreign, ShardPlan, difference};
 use crate::error::Error;
 use crate::result::Origin;
+use integrators::state::damaged;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
 use std::io::{self, Read};
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-/// Where each replicate of a plan lies.
+/// Where all replicates of a plan lie.
 pub struct Shards {
     files: Vec<PathBuf>,
-    /// By the hash of what a unit's numbers follow from, and replicate: file and place.
-    places: HashMap<(blake3::Hash, u32), (usize, Place)>,
+    /// Unit by unit, in the order of replicates: file and place.
+    records: Vec<Vec<(usize, Place)>>,
+    /// Units by the hash of what their numbers follow from.
+    units: HashMap<blake3::Hash, usize>,
     /// Who rendered them, shard by shard.
     pub origins: Vec<Origin>,
 }
@@ -31,9 +36,9 @@ impl Shards {
     ///
     /// # Errors
     /// If the folder cannot be read.
-    pub fn find(folder: &Path, plan: &ShardPlan, foreign: Foreign) -> Result<Found, Error> {
+    pub fn find(folder: &Path, plan: &ShardPlan, foreign: Foreign, look: Look) -> Result<Found, Error> {
         let files = files(folder)?;
-        let scanned: Vec<io::Result<Contents>> = files.par_iter().map(|path| file::scan(path)).collect();
+        let scanned: Vec<io::Result<Contents>> = files.par_iter().map(|path| file::scan(path, look)).collect();
         let mut survey = Survey { folder, plan, foreign, faults: Vec::new(), good: BTreeMap::new(), bad: Vec::new() };
         for (path, contents) in files.into_iter().zip(scanned) {
             survey.judge(path, contents);
@@ -41,25 +46,29 @@ impl Shards {
         Ok(survey.end())
     }
 
-    /// Reads a replicate of the unit whose numbers follow from what has this hash.
+    /// Has the records of the unit whose numbers follow from what has this hash taken in order, until `take` breaks.
     ///
     /// # Errors
-    /// If it cannot be read, or there is none.
-    pub fn read<T>(
-        &self,
-        (content, replicate): (&blake3::Hash, u32),
-        read: impl FnOnce(&mut dyn Read) -> io::Result<T>,
-    ) -> Result<T, Error> {
-        let Some((file, place)) = self.places.get(&(*content, replicate)) else {
-            return Err(Error::usage("the plan lacks what this experiment asks for; plan anew in another folder"));
-        };
-        let path = &self.files[*file];
-        read_place(path, place, read).map_err(|source| Error::Io {
-            action: "read",
-            path: path.clone(),
-            source,
-            mend: "remove it, and run its shard again",
-        })
+    /// If a record cannot be read or taken, or does not fit its hash, or there is none.
+    pub fn each(&self, content: &blake3::Hash, take: &mut Take) -> Result<(), Error> {
+        let records = self.units.get(content).map(|&unit| self.records[unit].as_slice());
+        match records.filter(|records| !records.is_empty()) {
+            Some(records) => stream::records(&self.files, records, take),
+            None => Err(Error::usage("the plan lacks what this experiment asks for; plan anew in another folder")),
+        }
+    }
+
+    /// Reads the one record of a unit that is not divided.
+    ///
+    /// # Errors
+    /// Those of [`Self::each`], and if `read` leaves some of it.
+    pub fn read<T>(&self, content: &blake3::Hash, read: impl Fn(&mut dyn Read) -> io::Result<T>) -> Result<T, Error> {
+        let mut value = None;
+        self.each(content, &mut |_, mut bytes| {
+            value = Some(read(&mut bytes)?);
+            if bytes.is_empty() { Ok(ControlFlow::Break(())) } else { Err(damaged("it is longer than it should be")) }
+        })?;
+        value.ok_or_else(|| Error::usage("the plan lacks what this experiment asks for; plan anew in another folder"))
     }
 }
 
@@ -130,7 +139,7 @@ impl Survey<'_> {
     /// What a shard lacks, or has too much.
     fn fault(&self, contents: &Contents) -> Option<String> {
         contents.fault.clone().or_else(|| {
-            let held = contents.places.iter().map(|place| (place.unit, place.replicate));
+            let held = contents.places.iter().map(Place::content);
             let wanted = self.plan.contents(contents.head.shard);
             (!held.eq(wanted)).then(|| "it holds other replicates than the plan says".to_owned())
         })
@@ -158,14 +167,14 @@ impl Survey<'_> {
             self.bad.dedup();
             return Found::Faults(self.faults, self.bad);
         }
-        let mut shards = Shards { files: Vec::new(), places: HashMap::new(), origins: Vec::new() };
-        let units: Vec<Option<blake3::Hash>> =
-            self.plan.units.iter().map(|unit| blake3::Hash::from_hex(&unit.content).ok()).collect();
+        let units = self.plan.units.iter().enumerate();
+        let known = units.filter_map(|(i, unit)| Some((blake3::Hash::from_hex(&unit.content).ok()?, i)));
+        let (records, units) = (vec![Vec::new(); self.plan.units.len()], known.collect());
+        let mut shards = Shards { files: Vec::new(), records, units, origins: Vec::new() };
+        // Shards follow one another as their replicates do.
         for (path, contents) in self.good.into_values() {
             for place in contents.places {
-                if let Some(Some(content)) = units.get(place.unit as usize) {
-                    shards.places.insert((*content, place.replicate), (shards.files.len(), place));
-                }
+                shards.records[place.unit as usize].push((shards.files.len(), place));
             }
             shards.files.push(path);
             shards.origins.push(contents.head.origin);

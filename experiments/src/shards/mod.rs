@@ -1,20 +1,23 @@
 //! An experiment in parts that know nothing of one another, for machines that share no more than a folder.
 //!
 //! `neumann plan` divides all that an experiment renders ([`crate::runner::works`]) into shards of similar length, each a range of whole groups of
-//! replicates ([`plan`]); `neumann run --shard I/N` renders one into a file ([`file`](mod@file)); `neumann merge` looks through the files ([`folder`]) and runs the
-//! experiment, whose jobs take their replicates from there instead of rendering them. All that follows from replicates is worked out
+//! replicates ([`plan`]); `neumann run --shard I/N` renders one into a file ([`file`](mod@file), [`growing`]); `neumann merge` looks through the files ([`folder`]) and runs the
+//! experiment, whose jobs take their replicates from there ([`stream`]) instead of rendering them. All that follows from replicates is worked out
 //! by the same code in the same order, so that a merge has the bits of a run in one piece. `neumann submit` writes what engines need to run all of
 //! that ([`engines`]).
 //!
-//! A shard holds its replicates one by one, not their moments: a covariance or an error of a replicate follows from the mean of all before it,
-//! which other machines render, and the weights of a reference from its pilots.
+//! A shard holds its replicates one by one, and not their moments, where these don't tell what is noted of replicates: a covariance or an error
+//! of a replicate follows from the mean of all before it, which other machines render, and the weights of a reference from its pilots. Of images
+//! that are judged by nothing later groups are noted as wholes ([`crate::observations::ONE_BY_ONE`]), and kept as moments.
 
 pub mod choice;
 pub mod engines;
 pub mod file;
 pub mod folder;
+pub mod growing;
 pub mod plan;
 pub mod probe;
+pub mod stream;
 
 pub use choice::ShardChoice;
 pub use folder::Shards;

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// The plan's file, in the folder of results.
 pub const FILE: &str = "plan.json";
 /// The format that is written, and the only one that is read.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// An experiment, divided.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -50,6 +50,8 @@ pub struct UnitOfWork {
     pub content: String,
     /// Replicates.
     pub replicates: u32,
+    /// How many of them, the first, are kept one by one; of those after them the moments of groups are.
+    pub one_by_one: u32,
     /// What a replicate probably takes \[s\].
     pub seconds: f64,
     /// The size of a replicate in a file \[bytes\].
@@ -64,6 +66,20 @@ impl UnitOfWork {
     /// Replicates in some of its groups.
     fn replicates_in(&self, groups: &Range<u32>) -> Range<u32> {
         (groups.start * GROUP).min(self.replicates)..(groups.end * GROUP).min(self.replicates)
+    }
+
+    /// Those in a range of groups that are counted from the plan's first, of which so many come before its own.
+    fn replicates_of(&self, before: u64, groups: &Range<u64>) -> Range<u32> {
+        let inside = |group: u64| group.saturating_sub(before).min(u64::from(self.groups())) as u32;
+        self.replicates_in(&(inside(groups.start)..inside(groups.end)))
+    }
+
+    /// What a file holds of these replicates: the first of each record, and 0 or how many have been added up in it.
+    fn records(&self, replicates: Range<u32>) -> impl Iterator<Item = (u32, u32)> + use<> {
+        let middle = self.one_by_one.clamp(replicates.start, replicates.end);
+        let groups = (middle..replicates.end).step_by(GROUP as usize);
+        let group = move |first: u32| (first, GROUP.min(replicates.end - first));
+        (replicates.start..middle).map(|replicate| (replicate, 0)).chain(groups.map(group))
     }
 
     /// What a group probably takes \[s\].
@@ -142,7 +158,8 @@ impl ShardPlan {
     /// The hash of all but where the experiment's file lies and what work costs.
     fn hashed(&self) -> String {
         let Self { format, name, text, experiment, origin, units, shards, .. } = self;
-        let units: Vec<_> = units.iter().map(|unit| (&unit.name, &unit.content, unit.replicates)).collect();
+        let units: Vec<_> =
+            units.iter().map(|unit| (&unit.name, &unit.content, unit.replicates, unit.one_by_one)).collect();
         let kind = (&origin.neumann, &origin.program, &origin.machine.platform, &origin.machine.kernels);
         let told = serde_json::to_string(&(format, name, text, experiment, kind, units, shards)).unwrap_or_default();
         blake3::hash(told.as_bytes()).to_hex().to_string()
@@ -171,22 +188,27 @@ impl ShardPlan {
     pub fn replicates(&self, shard: u32, unit: usize) -> Range<u32> {
         let Share { first, end } = self.shards[shard as usize - 1];
         let before: u64 = self.units[..unit].iter().map(|unit| u64::from(unit.groups())).sum();
-        let unit = &self.units[unit];
-        let inside = |group: u64| group.saturating_sub(before).min(u64::from(unit.groups())) as u32;
-        unit.replicates_in(&(inside(first)..inside(end)))
+        self.units[unit].replicates_of(before, &(first..end))
     }
 
-    /// What a shard holds: units, and replicates of these.
-    pub fn contents(&self, shard: u32) -> impl Iterator<Item = (u32, u32)> {
-        let of = move |unit: usize| self.replicates(shard, unit).map(move |replicate| (unit as u32, replicate));
-        (0..self.units.len()).flat_map(of)
+    /// What a shard holds, as [`Place::content`](super::file::Place::content) tells it.
+    pub fn contents(&self, shard: u32) -> impl Iterator<Item = (u32, u32, u32)> {
+        let Share { first, end } = self.shards[shard as usize - 1];
+        let mut before = 0;
+        self.units.iter().enumerate().flat_map(move |(i, unit)| {
+            let replicates = unit.replicates_of(before, &(first..end));
+            before += u64::from(unit.groups());
+            unit.records(replicates).map(move |(replicate, gathered)| (i as u32, replicate, gathered))
+        })
     }
 
     /// Seconds that a shard probably takes, and the bytes of its file.
     pub fn estimate(&self, shard: u32) -> (f64, u64) {
         let of = |(i, unit): (usize, &UnitOfWork)| {
-            let replicates = self.replicates(shard, i).len();
-            (replicates as f64 * unit.seconds, replicates as u64 * unit.bytes)
+            let replicates = self.replicates(shard, i);
+            // Of a group there are means and squared deviations.
+            let bytes = |(_, gathered): (u32, u32)| if gathered > 0 { 2 * unit.bytes } else { unit.bytes };
+            (replicates.len() as f64 * unit.seconds, unit.records(replicates).map(bytes).sum::<u64>())
         };
         self.units.iter().enumerate().map(of).fold((0.0, 0), |sum, x| (sum.0 + x.0, sum.1 + x.1))
     }
@@ -219,7 +241,12 @@ impl ShardPlan {
             number += 1;
             let content = task.content().to_hex();
             match planned {
-                Some(unit) if unit.content == *content && unit.replicates == task.replicates() => Ok(()),
+                Some(unit)
+                    if unit.content == *content
+                        && (unit.replicates, unit.one_by_one) == (task.replicates(), task.one_by_one()) =>
+                {
+                    Ok(())
+                }
                 _ => Err(changed(format!("what {} follows from was edited", task.name()))),
             }
         })?;
@@ -310,6 +337,18 @@ mod tests {
         assert_eq!(sums(&[0.0; 5], 2).len(), 2);
         let costs: Vec<f64> = (0..1000).map(|i| 1.0 + f64::from(i % 7)).collect();
         assert!(sums(&costs, 20).iter().all(|sum| (sum - 200.0).abs() <= 8.0));
+    }
+
+    #[test]
+    fn of_later_replicates_groups_are_kept() {
+        let (name, content) = (String::new(), String::new());
+        let unit = UnitOfWork { name, content, replicates: 29, one_by_one: 16, seconds: 1.0, bytes: 1 };
+        let records = |replicates: Range<u32>| unit.records(replicates).collect::<Vec<_>>();
+        assert_eq!(records(8..16), (8..16).map(|replicate| (replicate, 0)).collect::<Vec<_>>());
+        assert_eq!(records(16..29), [(16, 8), (24, 5)]);
+        assert_eq!(records(8..24)[7..], [(15, 0), (16, 8)]);
+        assert_eq!(records(24..29), [(24, 5)]);
+        assert!(records(29..29).is_empty());
     }
 
     #[test]

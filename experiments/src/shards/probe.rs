@@ -44,7 +44,8 @@ pub fn units(plan: &mut Plan, stop: &Stop) -> Result<Vec<UnitOfWork>, Error> {
             }
         };
         let (name, content) = (task.name(), task.content().to_hex().to_string());
-        units.push(UnitOfWork { name, content, replicates: task.replicates(), seconds, bytes });
+        let (replicates, one_by_one) = (task.replicates(), task.one_by_one());
+        units.push(UnitOfWork { name, content, replicates, one_by_one, seconds, bytes });
         Ok(())
     })?;
     Ok(units)

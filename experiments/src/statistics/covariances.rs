@@ -3,13 +3,20 @@
 //! Every replicate but the first adds `(r − 1)/r · (x_r − x̄_{r−1})(y_r − ȳ_{r−1})` for each pair of layers, image and channel mean: *recursive
 //! products*, whose mean is exactly the sample covariance `[Welford62]`, as that of recursive squares is the variance. The variance of the
 //! layers' sum is the sum of all entries of the matrix.
+//!
+//! After the first [`ONE_BY_ONE`] replicates whole groups may be added, each by the sum of what its replicates add, which follows from moments: their
+//! own products, and those of the distance between their mean and the mean of all before. What intervals rest on are groups then, of all
+//! replicates ([`super::groups`]).
 
+use super::groups;
 use super::means::{SKEWED_VALID_FROM, student_quantile, studentised, wider};
 use super::positive::recursion;
 use super::{Estimate, Interval};
+use crate::observations::ONE_BY_ONE;
 use integrators::stored;
 use rayon::prelude::*;
 use sampling::moments::Moments;
+use std::borrow::Cow;
 
 /// Pixels that are looked at in one piece; pieces are added up in order.
 const PIECE: usize = 1024;
@@ -22,7 +29,7 @@ pub struct Covariances {
     count: usize,
     /// Mean image so far, `[pixel][layer]`.
     mean: Vec<[f64; 3]>,
-    /// By pair, `i (i + 1) / 2 + j` for j ≤ i: one a replicate, from the second on.
+    /// By pair, `i (i + 1) / 2 + j` for j ≤ i: one a replicate, from the second on, and then perhaps one a group.
     products: Vec<Vec<f64>>,
 }
 
@@ -66,37 +73,77 @@ impl Covariances {
         self.products.iter_mut().enumerate().for_each(|(pair, products)| products.push(sum(pair) * scale));
     }
 
+    /// Adds a group of so many replicates after the first [`ONE_BY_ONE`], by what it adds to the sums over pixels of products, as
+    /// [`Render::last_group`](integrators::Render::last_group) tells it.
+    pub fn push_group(&mut self, replicates: usize, sums: &[[f64; 3]]) {
+        assert!(self.count >= ONE_BY_ONE as usize, "groups come after single replicates");
+        self.count += replicates;
+        let (n, layers) = ((3 * self.pixels) as f64, self.layers);
+        let pairs = (0..layers).flat_map(|i| (0..=i).map(move |j| i * layers + j));
+        pairs.zip(&mut self.products).for_each(|(at, products)| products.push(sums[at].iter().sum::<f64>() / n));
+    }
+
     /// How many layers there are.
     pub fn layers(&self) -> usize {
         self.layers
     }
 
-    /// What each replicate but the first adds to a layer's variance, see [`super::positive`].
-    pub fn squares(&self, layer: usize) -> &[f64] {
-        &self.products[layer * (layer + 1) / 2 + layer]
+    /// Replicates seen.
+    pub fn replicates(&self) -> usize {
+        self.count
+    }
+
+    /// Whether the last of them were added in groups.
+    fn in_groups(&self) -> bool {
+        self.products.first().is_some_and(|products| products.len() + 1 < self.count)
+    }
+
+    /// What intervals rest on, of one value for every replicate but the first and, perhaps, for every group then.
+    fn of_equal_standing<'a>(&self, values: &'a [f64]) -> Cow<'a, [f64]> {
+        if !self.in_groups() {
+            return Cow::Borrowed(values);
+        }
+        let (single, whole) = values.split_at(ONE_BY_ONE as usize - 1);
+        Cow::Owned(groups::of_equal_standing(groups::sums(single).chain(whole.iter().copied()), self.count))
+    }
+
+    /// Values of every replicate but the first, such as their seconds, in the form in which [`Self::squares`] are.
+    pub fn beside(&self, values: &[f64]) -> Vec<f64> {
+        match self.in_groups() {
+            true => groups::of_equal_standing(groups::sums(values), self.count),
+            false => values.to_vec(),
+        }
+    }
+
+    /// What each replicate but the first, or each group, adds to a layer's variance, see [`super::positive`].
+    pub fn squares(&self, layer: usize) -> Cow<'_, [f64]> {
+        self.of_equal_standing(&self.products[layer * (layer + 1) / 2 + layer])
     }
 
     /// The same for the layers' sum: all entries of the matrix.
     pub fn squares_of_sum(&self) -> Vec<f64> {
-        let mut sum = vec![0.0; self.count.saturating_sub(1)];
+        let mut sum = vec![0.0; self.products.first().map_or(0, Vec::len)];
         let pairs = (0..self.layers).flat_map(|i| (0..=i).map(move |j| (i, j)));
         for ((i, j), products) in pairs.zip(&self.products) {
             let times = if i == j { 1.0 } else { 2.0 };
             sum.iter_mut().zip(products).for_each(|(sum, x)| *sum += times * x);
         }
-        sum
+        self.of_equal_standing(&sum).into_owned()
     }
 
     /// The covariance of one replicate's pixels between two layers, image and channel mean, without its interval.
     pub fn value(&self, i: usize, j: usize) -> f64 {
-        let (i, j) = (i.max(j), i.min(j));
-        self.products[i * (i + 1) / 2 + j].iter().copied().collect::<Moments>().mean
+        self.of_pair(i, j).iter().copied().collect::<Moments>().mean
     }
 
     /// The covariance of one replicate's pixels between two layers, image and channel mean.
     pub fn covariance(&self, i: usize, j: usize, salt: u64) -> Estimate {
+        covariance(&self.of_pair(i, j), salt)
+    }
+
+    fn of_pair(&self, i: usize, j: usize) -> Cow<'_, [f64]> {
         let (i, j) = (i.max(j), i.min(j));
-        covariance(&self.products[i * (i + 1) / 2 + j], salt)
+        self.of_equal_standing(&self.products[i * (i + 1) / 2 + j])
     }
 }
 

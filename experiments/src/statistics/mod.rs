@@ -5,7 +5,7 @@
 //! - [`Estimate`]: a number with its interval; [`bootstrap`]: resampling by seeded streams;
 //! - [`means`]: Student's interval, and one for skewed values; [`positive`]: variances, ratios and efficiencies, on a logarithmic
 //!   scale; [`slopes`]: lines through them, and the time to a given error;
-//! - [`covariances`]: between orders; [`errors`]: MSE, relative MSE and SMAPE against a noisy reference, streamed replicate by replicate;
+//! - [`covariances`]: between orders; [`groups`]: of replicates, as that on which intervals rest; [`errors`]: MSE, relative MSE and SMAPE against a noisy reference, streamed replicate by replicate;
 //!   [`bias`]: bias² apart from variance; [`time`]: the seconds to a given error, or never;
 //! - [`welch`]: do two means differ, and what difference would have been found; [`multiple`]: many tests at once;
 //!   [`uniformity`]: are p-values uniform; [`sequential`]: intervals that may be looked at after every replicate;
@@ -19,6 +19,7 @@ pub mod bootstrap;
 pub mod covariances;
 pub mod errors;
 pub mod flip;
+pub mod groups;
 pub mod means;
 pub mod multiple;
 pub mod positive;

@@ -1,13 +1,15 @@
 //! Replicates that are rendered in one place and added up in another: the sums of an image have the bits of those made in one.
 //!
-//! What leaves the first place is a replicate's film, as sums over samples, the seconds that it took, and what has been counted since its group
-//! began. Nothing is added up there, so that the other place takes the same steps as if it had rendered the replicates itself.
+//! What leaves the first place is either a replicate's film, as sums over samples, the seconds that it took, and what has been counted since its
+//! group began, for the other place to take the same steps as if it had rendered the replicate itself; or the moments of a group, which are the
+//! same wherever its replicates are added up.
 
 use super::Render;
 use crate::fireflies::Fireflies;
 use crate::measurement::Counters;
 use crate::state::{Stored, damaged};
 use crate::statistics::GROUP;
+use crate::tally::Tally;
 use std::io::{self, Read, Write};
 
 /// Numbers that are turned into bytes at once.
@@ -29,12 +31,7 @@ impl Render<'_> {
     /// If it cannot be written.
     pub fn write_replicate(&self, seconds: f64, to: &mut dyn Write) -> io::Result<()> {
         seconds.write(to)?;
-        let mut bytes = Vec::with_capacity(8 * PIECE);
-        for sums in self.film.sums.chunks(PIECE) {
-            bytes.clear();
-            sums.iter().for_each(|sum| bytes.extend_from_slice(&sum.to_le_bytes()));
-            to.write_all(&bytes)?;
-        }
+        write_numbers(&self.film.sums, to)?;
         self.group.counters.write(to)?;
         self.group.invalid.write(to)?;
         self.group.fireflies.write(to)
@@ -47,14 +44,7 @@ impl Render<'_> {
     /// If the bytes are damaged, or of a render of other layers.
     pub fn read_replicate(&mut self, from: &mut dyn Read) -> io::Result<f64> {
         let seconds = f64::read(from)?;
-        let mut bytes = vec![0; 8 * PIECE];
-        for sums in self.film.sums.chunks_mut(PIECE) {
-            let bytes = &mut bytes[..8 * sums.len()];
-            from.read_exact(bytes)?;
-            let numbers =
-                bytes.chunks_exact(8).map(|b| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]));
-            sums.iter_mut().zip(numbers).for_each(|(sum, number)| *sum = number);
-        }
+        read_numbers(&mut self.film.sums, from)?;
         let (counters, invalid) = (Counters::read(from)?, <Vec<u64>>::read(from)?);
         let fireflies = Fireflies::read(from)?;
         let layers = self.group.invalid.len();
@@ -74,4 +64,59 @@ impl Render<'_> {
         self.add_replicate(seconds);
         Ok(())
     }
+
+    /// Adds the replicate that [`Self::run_apart`] rendered or [`Self::read_replicate`] read last to its group, which stays apart.
+    pub fn gather_replicate(&mut self, seconds: f64) {
+        self.group.push(&self.film, &self.grid, self.settings.samples_per_replicate, seconds);
+    }
+
+    /// Writes the group whose replicates have been gathered.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn write_group(&mut self, to: &mut dyn Write) -> io::Result<()> {
+        // The pixels come last, in one piece, to be read where they lie.
+        let pixels = &mut self.group.pixels;
+        let (mean, m2) = (std::mem::take(&mut pixels.mean), std::mem::take(&mut pixels.m2));
+        let written = self.group.write(to).and_then(|()| [&mean, &m2].iter().try_for_each(|x| write_numbers(x, to)));
+        (self.group.pixels.mean, self.group.pixels.m2) = (mean, m2);
+        written
+    }
+
+    /// Takes what [`Self::write_group`] wrote of the next group, full or the last one, for replicates of its own.
+    ///
+    /// # Errors
+    /// If a group is at work, or the bytes are damaged, or of a render of other pixels or layers.
+    pub fn take_group(&mut self, bytes: &[u8]) -> io::Result<()> {
+        let mut rest = bytes;
+        let group = Tally::read(&mut rest)?;
+        let length = self.whole.pixels.mean.len();
+        let (numbers, left) = rest.as_chunks::<8>();
+        let fits = group.is_like_beside(&self.whole) && numbers.len() == 2 * length && left.is_empty();
+        if !fits || !(1..=GROUP).contains(&group.count()) || self.group.count() > 0 {
+            return Err(damaged("it is of another image"));
+        }
+        self.last_group = (group.count(), self.whole.merge_numbers(&group, numbers.split_at(length)));
+        Ok(())
+    }
+}
+
+fn write_numbers(numbers: &[f64], to: &mut dyn Write) -> io::Result<()> {
+    let mut bytes = Vec::with_capacity(8 * PIECE);
+    for piece in numbers.chunks(PIECE) {
+        bytes.clear();
+        piece.iter().for_each(|number| bytes.extend_from_slice(&number.to_le_bytes()));
+        to.write_all(&bytes)?;
+    }
+    Ok(())
+}
+
+fn read_numbers(numbers: &mut [f64], from: &mut dyn Read) -> io::Result<()> {
+    let mut bytes = vec![0; 8 * PIECE];
+    for piece in numbers.chunks_mut(PIECE) {
+        let bytes = &mut bytes[..8 * piece.len()];
+        from.read_exact(bytes)?;
+        piece.iter_mut().zip(bytes.as_chunks::<8>().0).for_each(|(number, bytes)| *number = f64::from_le_bytes(*bytes));
+    }
+    Ok(())
 }

@@ -101,3 +101,66 @@ fn replicates_rendered_apart_add_up_to_the_bits_of_one_render() {
         assert!(new().take_replicate(&mut &apart[0][..apart[0].len() - 1]).is_err());
     }
 }
+
+#[test]
+fn groups_gathered_apart_add_up_to_the_bits_of_one_render() {
+    const ALL: u32 = 27;
+    let scene = scene();
+    for name in ["path", "bdpt", "vcm"] {
+        let method = Methods::standard().build(name, &serde_json::json!({})).unwrap();
+        let new = || {
+            let bare = render(&scene, &*method, 2);
+            let request = bare.request.clone().with_fireflies();
+            Render::of_request(&scene, &*method, bare.settings.clone(), bare.window.clone(), request).unwrap()
+        };
+        let mut whole = new();
+        let mut added = Vec::new();
+        for replicate in 0..ALL {
+            whole.run_replicate(&|_| {});
+            if (replicate + 1).is_multiple_of(GROUP) {
+                added.push(whole.last_group().1.to_vec());
+            }
+        }
+        // The first group replicate by replicate, the third before the second, which is divided, and the last one not full.
+        let mut part = new();
+        let mut bytes = vec![Vec::new(); 4];
+        let films: Vec<Vec<u8>> = (0..GROUP)
+            .map(|number| {
+                let (seconds, mut bytes) = (part.run_apart(number, &|_| {}), Vec::new());
+                part.write_replicate(seconds, &mut bytes).unwrap();
+                bytes
+            })
+            .collect();
+        for group in [2, 1, 3] {
+            let mut film = Vec::new();
+            for number in group * GROUP..ALL.min((group + 1) * GROUP) {
+                if number == 11 {
+                    // Another process goes on, from the films that it finds.
+                    part = new();
+                    for bytes in &film {
+                        let bytes: &Vec<u8> = bytes;
+                        let seconds = part.read_replicate(&mut bytes.as_slice()).unwrap();
+                        part.gather_replicate(seconds);
+                    }
+                }
+                let (seconds, mut bytes) = (part.run_apart(number, &|_| {}), Vec::new());
+                part.write_replicate(seconds, &mut bytes).unwrap();
+                film.push(bytes);
+                part.gather_replicate(seconds);
+            }
+            part.write_group(&mut bytes[group as usize]).unwrap();
+        }
+        let mut merged = new();
+        assert!(merged.take_group(&films[0]).is_err());
+        films.iter().for_each(|bytes| merged.take_replicate(&mut bytes.as_slice()).unwrap());
+        for (group, bytes) in bytes.iter().enumerate().skip(1) {
+            assert!(merged.take_group(&bytes[..bytes.len() - 8]).is_err());
+            merged.take_group(bytes).unwrap();
+            if let Some(added) = added.get(group) {
+                assert_eq!(merged.last_group(), (GROUP, added.as_slice()));
+            }
+        }
+        assert!(render(&scene, &*method, 3).take_group(&bytes[1]).is_err());
+        assert!(told(merged) == told(whole), "{name}");
+    }
+}
