@@ -32,8 +32,6 @@ impl Skip {
 pub enum Work {
     /// Materials are read where they are met, also those that are the same everywhere.
     Textures,
-    /// Every hit asks its BSDF whether the frame has to be turned along the surface.
-    Tangents,
     /// Rays ask of each surface that they find whether it is met there.
     Masks,
     /// Light subpaths are traced that no camera subpath can be connected to.
@@ -54,9 +52,8 @@ pub enum Work {
 
 impl Work {
     /// All of it.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 9] = [
         Self::Textures,
-        Self::Tangents,
         Self::Masks,
         Self::Connections,
         Self::Subsurface,
@@ -71,7 +68,6 @@ impl Work {
     pub fn name(self) -> &'static str {
         match self {
             Self::Textures => "textures",
-            Self::Tangents => "tangents",
             Self::Masks => "masks",
             Self::Connections => "connections",
             Self::Subsurface => "subsurface",
@@ -129,7 +125,6 @@ impl Needs {
     pub fn skips(&self, work: Work) -> bool {
         match work {
             Work::Textures => !self.textures,
-            Work::Tangents => !self.tangents,
             Work::Masks => !self.masks,
             Work::Connections => !self.non_delta_lobes,
             Work::Subsurface => !self.subsurface,

@@ -74,7 +74,6 @@ fn every_skip_has_its_row() {
         "none",
         "environment",
         "textures",
-        "tangents",
         "masks",
         "connections",
         "subsurface",

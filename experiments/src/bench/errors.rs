@@ -1,7 +1,7 @@
 //! `neumann bench error`: how far images are from a reference, against the processor time that they took.
 
-use super::tell;
 use super::turns::{Timed, in_turns};
+use super::{tell, write_plot};
 use crate::budget;
 use crate::cli::ErrorArgs;
 use crate::convergence::checkpoint_of_squares;
@@ -230,15 +230,9 @@ fn of_errors(
 
 /// Writes plots and JSON.
 fn write(report: &Report, args: &ErrorArgs) -> Result<(), Error> {
-    std::fs::create_dir_all(&args.out).map_err(|source| Error::Io {
-        action: "write",
-        path: args.out.clone(),
-        source,
-        mend: "choose another folder with --out",
-    })?;
     for (error, words) in ERRORS {
-        let file = format!("{}_{error}.svg", budget::file_name(&report.scene));
-        write_atomically(&args.out.join(file), chart(report, error, words).file().as_bytes())?;
+        let name = format!("{}_{error}", budget::file_name(&report.scene));
+        write_plot(&args.out, &name, &chart(report, error, words))?;
     }
     let json = serde_json::to_string_pretty(report).unwrap_or_default() + "\n";
     write_atomically(&args.out.join("error.json"), json.as_bytes())?;

@@ -18,8 +18,11 @@ mod turns;
 
 use crate::cli::{BenchArgs, BenchKind, print};
 use crate::error::{Error, Status};
+use crate::export::write_atomically;
+use crate::plot::chart::Chart;
 use integrators::Methods;
 use serde::Serialize;
+use std::path::Path;
 
 /// Measures what was asked for.
 ///
@@ -53,4 +56,15 @@ fn named(scenes: &[String]) -> Vec<&str> {
         true => scenes::builtin_names().to_vec(),
         false => scenes.iter().map(String::as_str).collect(),
     }
+}
+
+/// Writes a plot into a folder, which is made if it is not there.
+fn write_plot(folder: &Path, name: &str, chart: &Chart) -> Result<(), Error> {
+    std::fs::create_dir_all(folder).map_err(|source| Error::Io {
+        action: "write",
+        path: folder.to_owned(),
+        source,
+        mend: "choose another folder with --out",
+    })?;
+    Ok(write_atomically(&folder.join(name).with_extension("svg"), chart.file().as_bytes())?)
 }

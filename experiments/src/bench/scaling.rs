@@ -1,14 +1,16 @@
 //! `neumann bench scaling`: what time depends on.
 
 use super::meshes::ball_in_a_room;
-use super::tell;
 use super::turns::{Middle, in_turns};
+use super::{tell, write_plot};
 use crate::cli::{ScalingArgs, ScalingPart};
 use crate::error::{Error, Status};
 use crate::machine::resident_memory;
+use crate::plot::chart::{Chart, Horizontal, Point, Series};
 use integrators::{Integrator, Methods};
 use scenes::{LoadOptions, Scene, Skip};
 use serde::Serialize;
+use std::path::Path;
 use std::time::Instant;
 
 mod threads;
@@ -82,7 +84,44 @@ pub(super) fn scaling(args: &ScalingArgs, methods: &Methods) -> Result<Status, E
         let variants: Vec<_> = scenes.iter().map(|scene| (pixels(scene), scene, 1)).collect();
         found.size = by_count(&variants, &built, args)?;
     }
+    if let Some(folder) = &args.out {
+        draw(&found, folder)?;
+    }
     tell(&found, args.measured.json, || tables(&found))
+}
+
+/// Draws the time of a sample against what it may depend on.
+fn draw(found: &Scaling, folder: &Path) -> Result<(), Error> {
+    let of_triangles: Vec<Row> = found.triangles.iter().map(|row| row.time.clone()).collect();
+    for (file, what, rows) in [
+        ("scaling_samples", "samples per pixel", &found.samples),
+        ("scaling_size", "pixels", &found.size),
+        ("scaling_triangles", "triangles", &of_triangles),
+    ] {
+        if !rows.is_empty() {
+            write_plot(folder, file, &chart(what, rows))?;
+        }
+    }
+    Ok(())
+}
+
+fn chart(what: &str, rows: &[Row]) -> Chart {
+    let mut methods: Vec<&str> = rows.iter().map(|row| row.method.as_str()).collect();
+    methods.sort();
+    methods.dedup();
+    let series = methods.into_iter().enumerate().map(|(colour, method)| {
+        let points = rows.iter().filter(|row| row.method == method).map(|row| {
+            let Middle { median, low, high } = row.nanoseconds_per_sample;
+            Point { x: row.count as f64, y: median, interval: Some((low, high)) }
+        });
+        Series { name: method.to_owned(), label: method.to_owned(), colour, points: points.collect(), fit: None }
+    });
+    Chart {
+        title: format!("Time of a sample by {what}"),
+        horizontal: Horizontal::Log(what.to_owned()),
+        vertical: "processor time of a sample [ns]".to_owned(),
+        series: series.collect(),
+    }
 }
 
 /// Each method in scenes with samples per pixel, whose count of something is told; all counts in turn.

@@ -17,7 +17,7 @@ use serde::Serialize;
 /// Samples per pixel in each round.
 const SAMPLES: u32 = 4;
 /// Scenes of the program that, with two rooms, need little in different ways.
-const SCENES: [&str; 4] = ["cornell_box", "furnace", "veach_mis", "glass_caustic"];
+const SCENES: [&str; 5] = ["cornell_box", "furnace", "veach_mis", "glass_caustic", "integrating_sphere"];
 
 /// What was measured of a skip.
 #[derive(Clone, Debug, Serialize)]

@@ -136,6 +136,9 @@ pub struct ScalingArgs {
     /// The most triangles; 1e7 is a number as well.
     #[arg(long, value_name = "N", default_value = "1e6", value_parser = parse_count)]
     pub triangles: u64,
+    /// Folder for plots of all but threads [default: none are drawn].
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
 }
 
 /// `neumann bench start`.

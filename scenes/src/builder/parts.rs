@@ -339,7 +339,7 @@ impl Parts {
         Needs {
             skip,
             environment: everything || self.emitters.iter().any(Emitter::is_environment),
-            tangents: kept(Work::Tangents) || used().any(Material::needs_derivatives),
+            tangents: everything || used().any(Material::needs_derivatives),
             masks: kept(Work::Masks) || used().any(Material::is_masked),
             textures: kept(Work::Textures) || used().any(Material::is_textured) || self.emitters.iter().any(textured),
             delta_lobes: everything || has(Lobes::DELTA),
