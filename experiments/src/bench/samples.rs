@@ -40,7 +40,7 @@ fn of_scene(scene: &Scene, methods: &[Box<dyn Integrator>], args: &SamplesArgs) 
     let timed = methods.iter().map(|method| args.measured.timed(scene, &**method, args.spp));
     let mut list = timed.collect::<Result<Vec<_>, Error>>()?;
     in_turns(&mut list, args.measured.rounds, |_, _| {})?;
-    let row = |(method, timed): (&Box<dyn Integrator>, Timed)| {
+    let row = |method: &dyn Integrator, timed: Timed| {
         let (nanoseconds, samples) = (timed.nanoseconds(), timed.samples());
         let measured = timed.render.finish();
         let rays = (measured.counters.closest + measured.counters.shadow) as f64;
@@ -58,7 +58,7 @@ fn of_scene(scene: &Scene, methods: &[Box<dyn Integrator>], args: &SamplesArgs) 
             nanoseconds_per_ray: nanoseconds.median / rays_per_sample,
         }
     };
-    Ok(methods.iter().zip(list).map(row).collect())
+    Ok(methods.iter().zip(list).map(|(method, timed)| row(&**method, timed)).collect())
 }
 
 fn table(rows: &[Row]) -> String {

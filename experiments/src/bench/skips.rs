@@ -108,7 +108,8 @@ fn pair(
     args: &SkipsArgs,
     rows: &mut Vec<Row>,
 ) -> Result<(), Error> {
-    for method in methods {
+    let carries = |method: &dyn Integrator| lean.orders.clone().within(method.orders(lean.orders.max_order()));
+    for method in methods.iter().filter(|method| carries(&***method).iter().next().is_some()) {
         let sides = [lean, full].map(|side| timed(side, &**method, args));
         let mut sides = sides.into_iter().collect::<Result<Vec<_>, _>>()?;
         in_turns(&mut sides, args.measured.rounds, |_, _| {})?;
