@@ -1,15 +1,19 @@
 //! The command line: what can be typed, and who answers it.
 
 mod args;
+mod bench_args;
 mod desk_args;
 mod parse;
 mod shard_args;
 
 pub use args::{
-    BenchArgs, BenchKind, BsdfArgs, ChangeArgs, ConvertArgs, DiffArgs, ImageArgs, LpeArgs, MeterArgs, RelightArgs,
-    RenderArgs, ReplayArgs, RunArgs, SceneArgs, SpectrumArgs, VerifyArgs,
+    BsdfArgs, ChangeArgs, ConvertArgs, DiffArgs, ImageArgs, LpeArgs, MeterArgs, RelightArgs, RenderArgs, ReplayArgs,
+    RunArgs, SceneArgs, SpectrumArgs, VerifyArgs,
 };
 
+pub use bench_args::{
+    BenchArgs, BenchKind, ErrorArgs, MeasuredArgs, SamplesArgs, ScalingArgs, ScalingPart, SkipsArgs, StartArgs,
+};
 pub use desk_args::{CompletionsArgs, FigureArgs, ListArgs, ListKind, ManArgs, ReportArgs};
 pub use parse::MaxOrder;
 pub use shard_args::{MergeArgs, PlanArgs, SubmitArgs};
@@ -88,7 +92,7 @@ pub enum Command {
     Meter(MeterArgs),
     /// Say what light-path expressions mean, and whether they are disjoint and complete.
     Lpe(LpeArgs),
-    /// Measure how fast rays are followed, and whether any gets through closed surfaces.
+    /// Measure rays, samples, skips, scaling, starting and errors against time, and whether any ray gets through closed surfaces.
     Bench(BenchArgs),
     /// List what can be named.
     List(ListArgs),
@@ -140,7 +144,7 @@ fn execute(cli: &Cli, methods: &Methods) -> Result<Status, Error> {
         Command::Spectrum(args) => spectrum_command::spectrum(args, methods, verbosity, &signals()?),
         Command::Meter(args) => meter_command::meter(args, verbosity, &signals()?),
         Command::Lpe(args) => lpe_command::lpe(args),
-        Command::Bench(args) => bench::bench(args),
+        Command::Bench(args) => bench::bench(args, methods),
         Command::List(args) => list_command::list(args, methods),
         Command::Completions(args) => manual_command::completions(args),
         Command::Man(args) => manual_command::man(args),

@@ -22,6 +22,11 @@ pub fn peak_memory() -> Option<u64> {
     kilobytes("/proc/self/status", "VmHWM")
 }
 
+/// The memory that the process holds now \[bytes\]; `None` where the system doesn't tell.
+pub fn resident_memory() -> Option<u64> {
+    kilobytes("/proc/self/status", "VmRSS")
+}
+
 /// Refuses work whose film needs more memory \[bytes\] than is free.
 ///
 /// # Errors

@@ -224,7 +224,7 @@ impl Direct {
         sampler: &mut Sampler,
         scratch: &mut Scratch,
     ) -> Option<Found> {
-        if self.strategy == Strategy::Emitter {
+        if self.strategy == Strategy::Emitter || !scene.needs.hittable_emitters {
             return None;
         }
         let uc = if !scene.needs.only_lambertian { sampler.get_1d(Purpose::Lobe) } else { 0.0 };

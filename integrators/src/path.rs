@@ -176,6 +176,10 @@ impl Path {
 impl<G: Guide, S: Sink> Walk<'_, G, S> {
     fn run(&mut self, mut ray: Ray, sampler: &mut Sampler, scratch: &mut Scratch) {
         loop {
+            // Where no emitter can be met, a ray serves the scatterings from its end on.
+            if !self.scene.needs.hittable_emitters && !self.request.wants_from(self.order + 1) {
+                return;
+            }
             scratch.counters.closest += 1;
             let Some(hit) = self.scene.intersect(&ray) else { return self.escape(ray.d, scratch) };
             let wo = -ray.d;

@@ -127,6 +127,8 @@ pub struct Render<'a> {
     whole: Tally,
     /// Replicates of the group that ended last, and what it has added to the products of deviations.
     last_group: (u32, Vec<[f64; 3]>),
+    /// Seconds in which blocks were put together.
+    merging: f64,
 }
 
 impl<'a> Render<'a> {
@@ -186,6 +188,7 @@ impl<'a> Render<'a> {
             grid,
             request,
             window,
+            merging: 0.0,
         })
     }
 
@@ -202,6 +205,11 @@ impl<'a> Render<'a> {
     /// Seconds of transport (wall time) so far.
     pub fn seconds(&self) -> f64 {
         self.whole.seconds.iter().chain(&self.group.seconds).sum()
+    }
+
+    /// Those of them, since this render was made, in which blocks were put together: the part that threads share least well.
+    pub fn merging_seconds(&self) -> f64 {
+        self.merging
     }
 
     /// What was asked for.
@@ -312,7 +320,9 @@ impl<'a> Render<'a> {
                 pass.run(block, film);
                 film.finish();
             });
+            let merge = Instant::now();
             self.film.reduce(&films[..count]);
+            self.merging += merge.elapsed().as_secs_f64();
             for film in &films[..count] {
                 self.group.counters += film.counters;
                 self.group.invalid.iter_mut().zip(&film.invalid).for_each(|(sum, n)| *sum += n);

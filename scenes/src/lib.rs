@@ -69,7 +69,7 @@ pub use interaction::Interaction;
 pub use labels::{Labels, LightGroup};
 pub use load::{LoadOptions, builtin_names, load};
 pub use material::{Material, MaterialId};
-pub use needs::{Needs, Skip};
+pub use needs::{Needs, Skip, Work};
 pub use ray::{Ray, SurfacePoint};
 pub use region::Region;
 pub use relief::Relief;

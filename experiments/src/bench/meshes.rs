@@ -1,10 +1,10 @@
 //! Meshes of any number of triangles, to measure on.
 
 use glam::{DVec3, dvec3};
-use sampling::bsdf::Lambert;
+use sampling::bsdf::{Bsdf, Lambert};
 use sampling::math::Spectrum;
 use scenes::texture::Texture;
-use scenes::{CameraSettings, Emission, MeshData, Scene, SceneBuilder, SceneError, Skip};
+use scenes::{CameraSettings, Emission, MaterialId, MeshData, Scene, SceneBuilder, SceneError, Skip};
 use std::f64::consts::PI;
 
 /// A closed bumpy ball around the origin with shared vertices: 2·n² triangles, of radius 0.85 to 1.15 m.
@@ -35,18 +35,53 @@ pub(super) fn bumpy_ball(n: usize) -> MeshData {
 }
 
 /// The ball in a room with a lamp.
-pub(super) fn ball_in_a_room(n: usize) -> Result<Scene, SceneError> {
+pub(super) fn ball_in_a_room(n: usize, size: (u32, u32)) -> Result<Scene, SceneError> {
     let mut builder = SceneBuilder::new(&format!("ball of {} triangles", 2 * n * (n - 1)));
     let grey = builder.material(Lambert { albedo: Spectrum::splat(0.5) });
     builder.mesh(bumpy_ball(n), grey);
+    walls(&mut builder, grey);
+    lamp(&mut builder, grey);
+    builder.camera(camera(size));
+    builder.build(Skip::Unneeded)
+}
+
+/// What lights a room.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Light {
+    /// A surface.
+    Lamp,
+    /// A point, which no ray meets.
+    Point,
+}
+
+/// A room of this material with a ball of it.
+pub(super) fn room(name: &str, material: Bsdf, light: Light, size: (u32, u32)) -> SceneBuilder {
+    let mut builder = SceneBuilder::new(name);
+    let material = builder.material(material);
+    builder.sphere(DVec3::ZERO, 0.8, material);
+    walls(&mut builder, material);
+    match light {
+        Light::Lamp => lamp(&mut builder, material),
+        Light::Point => builder.point_emitter(dvec3(0.0, 1.4, 0.0), Spectrum::ONE),
+    }
+    builder.camera(camera(size));
+    builder
+}
+
+fn walls(builder: &mut SceneBuilder, material: MaterialId) {
     let (low, size) = (dvec3(-2.0, -1.5, -2.0), dvec3(4.0, 3.2, 4.5));
     let [x, y, z] = [DVec3::X * size, DVec3::Y * size, DVec3::Z * size];
     for (edge_u, edge_v, across) in [(x, y, z), (y, z, x), (z, x, y)] {
-        builder.quad(low, edge_u, edge_v, grey);
-        builder.quad(low + across, edge_v, edge_u, grey);
+        builder.quad(low, edge_u, edge_v, material);
+        builder.quad(low + across, edge_v, edge_u, material);
     }
-    let lamp = builder.quad(dvec3(-0.5, 1.69, -0.5), DVec3::X, DVec3::Z, grey);
+}
+
+fn lamp(builder: &mut SceneBuilder, material: MaterialId) {
+    let lamp = builder.quad(dvec3(-0.5, 1.69, -0.5), DVec3::X, DVec3::Z, material);
     builder.emit(lamp, Emission { radiance: Texture::Constant(Spectrum::ONE), two_sided: true });
-    builder.camera(CameraSettings::pinhole(dvec3(1.2, 0.5, 2.3), DVec3::ZERO, 60.0, (256, 256)));
-    builder.build(Skip::Unneeded)
+}
+
+fn camera(size: (u32, u32)) -> CameraSettings {
+    CameraSettings::pinhole(dvec3(1.2, 0.5, 2.3), DVec3::ZERO, 60.0, size)
 }

@@ -41,7 +41,7 @@ pub(super) fn rays(named: &[String], json: bool) -> Result<Status, Error> {
         measure(scenes::load(name, &LoadOptions::default())?, &mut rows);
     }
     for n in BALLS.iter().filter(|_| named.is_empty()) {
-        measure(ball_in_a_room(*n)?, &mut rows);
+        measure(ball_in_a_room(*n, (256, 256))?, &mut rows);
     }
     let text = match json {
         true => serde_json::to_string_pretty(&rows).unwrap_or_default() + "\n",
@@ -159,7 +159,7 @@ mod tests {
     #[test]
     fn every_kernel_is_measured_on_every_kind_of_ray() {
         let mut rows = Vec::new();
-        measure(ball_in_a_room(8).unwrap(), &mut rows);
+        measure(ball_in_a_room(8, (256, 256)).unwrap(), &mut rows);
         assert_eq!(rows.len(), 3 * Kernel::available().len());
         assert!(rows.iter().all(|row| row.rays_per_second > 0.0 && row.relative > 0.0));
         assert!(rows.iter().filter(|row| row.kernel == "portable").all(|row| row.relative == 1.0));

@@ -10,7 +10,7 @@ use crate::parts;
 use crate::relight_command::{self, Dimmer};
 use crate::settings::Assignment;
 use crate::shards::ShardChoice;
-use clap::{Args, Subcommand};
+use clap::Args;
 use integrators::{PathClass, Window};
 use std::path::PathBuf;
 
@@ -360,37 +360,4 @@ pub struct LpeArgs {
     /// As JSON.
     #[arg(long)]
     pub json: bool,
-}
-
-/// `neumann bench`.
-#[derive(Clone, Debug, Args)]
-pub struct BenchArgs {
-    /// What to measure.
-    #[command(subcommand)]
-    pub kind: BenchKind,
-}
-
-/// What can be measured.
-#[derive(Clone, Debug, Subcommand)]
-pub enum BenchKind {
-    /// Rays per second on one thread, by scene and kind of ray, for each kernel that this processor can run.
-    #[command(after_help = "Examples:\n  neumann bench rays\n  neumann bench rays cornell_box kitchen.obj --json")]
-    Rays {
-        /// Scenes by name or file [default: those of the program, and balls of a hundred to a million triangles].
-        #[arg(value_name = "SCENE")]
-        scenes: Vec<String>,
-        /// As JSON.
-        #[arg(long)]
-        json: bool,
-    },
-    /// Rays at edges and vertices of closed meshes from within; the exit status is 1 if any gets out.
-    #[command(after_help = "Examples:\n  neumann bench leaks\n  neumann bench leaks --rays 1e9 --seed 2")]
-    Leaks {
-        /// Rays for each kernel, at the least; 1e9 is a number as well.
-        #[arg(long, value_name = "N", default_value = "1e7", value_parser = parse_count)]
-        rays: u64,
-        /// Seed of all random numbers.
-        #[arg(long, value_name = "S", default_value_t = 0)]
-        seed: u64,
-    },
 }

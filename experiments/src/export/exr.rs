@@ -138,7 +138,12 @@ pub fn write_layers(path: &Path, image: &LayeredImage) -> Result<(), ExportError
     write_atomically(path, &bytes)
 }
 
-fn encode(measurement: &Measurement, meta: &ImageMeta, selection: LayerSelection) -> Result<Vec<u8>, String> {
+/// A measurement as the bytes of its file.
+pub(crate) fn encode(
+    measurement: &Measurement,
+    meta: &ImageMeta,
+    selection: LayerSelection,
+) -> Result<Vec<u8>, String> {
     let size = (measurement.width as usize, measurement.height as usize);
     let (width, height) = measurement.image_size;
     let display = (width as usize, height as usize);

@@ -20,7 +20,7 @@ mod query;
 mod traverse;
 mod tree;
 
-use crate::needs::Skip;
+use crate::needs::{Skip, Work};
 use crate::ray::SurfacePoint;
 use crate::shape::{Analytic, Triangle};
 use block::{Block, LANES, Meeting, PAIRS};
@@ -164,7 +164,7 @@ impl Accel {
     pub fn build(triangles: &[Triangle], analytic: Vec<Analytic>, eye: Vec3, skip: Skip) -> Self {
         let primitives = triangles.len() + analytic.len();
         let accel = Accel { analytic, ..Accel::default() };
-        if primitives > FEW || (skip == Skip::Nothing && primitives > 0) {
+        if primitives > FEW || (!skip.leaves_out(Work::Bvh) && primitives > 0) {
             return tree::build(triangles, accel, eye);
         }
         let list: Vec<u32> = (0..triangles.len() as u32).collect();

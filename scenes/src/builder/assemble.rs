@@ -11,7 +11,7 @@ use crate::emitter::{
 };
 use crate::error::SceneError;
 use crate::material::Material;
-use crate::needs::Skip;
+use crate::needs::{Skip, Work};
 use crate::scene::{BoundingSphere, Scene};
 use glam::{BVec3, DAffine3, DVec3};
 use sampling::bsdf::Bsdf;
@@ -199,7 +199,9 @@ fn recentring(extents: impl IntoIterator<Item = (DVec3, DVec3)>) -> DVec3 {
 
 fn materials(given: &[Material], shift: DVec3, skip: Skip) -> Vec<Material> {
     let build = |material: &Material| match material {
-        Material::Constant(Bsdf::Lambert(lambert)) if skip == Skip::Nothing => Material::lambert(lambert.albedo.into()),
+        Material::Constant(Bsdf::Lambert(lambert)) if !skip.leaves_out(Work::Textures) => {
+            Material::lambert(lambert.albedo.into())
+        }
         _ => {
             let mut material = material.clone();
             material.parts_mut().iter_mut().for_each(|part| part.recentre(shift));

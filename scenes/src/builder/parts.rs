@@ -10,7 +10,7 @@ use crate::emitter::{Emission, Emitter, EmitterId};
 use crate::error::SceneError;
 use crate::labels::Labels;
 use crate::material::Material;
-use crate::needs::{Needs, Skip};
+use crate::needs::{Needs, Skip, Work};
 use crate::scene::BoundingSphere;
 use crate::shape::{
     Analytic, BakedMesh, Cylinder, Disk, Geometry, MeshData, Parallelogram, Sphere, Triangle, bake_mesh,
@@ -330,6 +330,7 @@ impl Parts {
     pub fn needs(&self, camera: &Camera, skip: Skip) -> Needs {
         let used = || self.surfaces.iter().map(|surface| &self.materials[surface.material.0 as usize]);
         let everything = skip == Skip::Nothing;
+        let kept = |work: Work| !skip.leaves_out(work);
         let has = |lobes: Lobes| used().any(|material| material.lobes().intersects(lobes));
         let textured =
             |emitter: &Emitter| matches!(emitter, Emitter::Area(area) if !area.emission.radiance.is_constant());
@@ -339,18 +340,18 @@ impl Parts {
             skip,
             environment: everything || self.emitters.iter().any(Emitter::is_environment),
             tangents: everything || used().any(Material::needs_derivatives),
-            masks: everything || used().any(Material::is_masked),
-            textures: everything || used().any(Material::is_textured) || self.emitters.iter().any(textured),
+            masks: kept(Work::Masks) || used().any(Material::is_masked),
+            textures: kept(Work::Textures) || used().any(Material::is_textured) || self.emitters.iter().any(textured),
             delta_lobes: everything || has(Lobes::DELTA),
-            non_delta_lobes: everything || has(Lobes::NON_DELTA),
-            subsurface: everything || used().any(|material| matches!(material, Material::Subsurface(_))),
-            only_lambertian: !everything && used().all(Material::is_lambertian),
+            non_delta_lobes: kept(Work::Connections) || has(Lobes::NON_DELTA),
+            subsurface: kept(Work::Subsurface) || used().any(|material| matches!(material, Material::Subsurface(_))),
+            only_lambertian: !kept(Work::LobeChoice) && used().all(Material::is_lambertian),
             emitters: self.emitters.len(),
-            emitter_choice: everything || bright().count() > 1,
-            hittable_emitters: everything || bright().any(|emitter| !emitter.is_delta()),
+            emitter_choice: kept(Work::EmitterChoice) || bright().count() > 1,
+            hittable_emitters: kept(Work::EmitterHits) || bright().any(|emitter| !emitter.is_delta()),
             delta_emitters: everything || bright().any(Emitter::is_delta),
-            few_primitives: !everything && primitives <= FEW && self.instances.is_empty(),
-            pinhole: !everything && camera.rays() == Rays::FromPoint,
+            few_primitives: !kept(Work::Bvh) && primitives <= FEW && self.instances.is_empty(),
+            pinhole: !kept(Work::CameraPoints) && camera.rays() == Rays::FromPoint,
             primitives,
         }
     }

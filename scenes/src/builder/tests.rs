@@ -179,8 +179,7 @@ fn needs_say_what_a_scene_asks_and_nothing_is_skipped_when_told_so() {
     let needs = build(Skip::Unneeded).needs;
     assert!(needs.only_lambertian && needs.few_primitives && needs.hittable_emitters && !needs.emitter_choice);
     assert_eq!((needs.primitives, needs.emitters), (6, 1));
-    let skipped =
-        "environment textures tangents masks delta_lobes subsurface emitter_choice delta_emitters camera_points bvh";
+    let skipped = "environment textures masks subsurface emitter_choice lobe_choice camera_points bvh";
     assert_eq!(needs.skipped().join(" "), skipped);
     let all = build(Skip::Nothing).needs;
     assert!(all.skipped().is_empty());

@@ -3,7 +3,7 @@
 use super::tree::EmitterTree;
 use super::{Emitter, EmitterId};
 use crate::error::SceneError;
-use crate::needs::Skip;
+use crate::needs::{Skip, Work};
 use crate::ray::SurfacePoint;
 use sampling::alias::AliasTable;
 use sampling::fault;
@@ -29,7 +29,9 @@ impl EmitterChoice {
         let mut bright = powers.iter().enumerate().filter(|(_, power)| **power > 0.0);
         Ok(match (bright.next(), bright.next()) {
             (None, _) => EmitterChoice::None,
-            (Some((index, _)), None) if skip == Skip::Unneeded => EmitterChoice::One(EmitterId(index as u32)),
+            (Some((index, _)), None) if skip.leaves_out(Work::EmitterChoice) => {
+                EmitterChoice::One(EmitterId(index as u32))
+            }
             _ => EmitterChoice::Table(AliasTable::new(&powers).map_err(|error| {
                 let message = format!("there is no choosing among its {} emitters: {error}", emitters.len());
                 SceneError::invalid(message, "use fewer emitters, or radiances of a smaller range")

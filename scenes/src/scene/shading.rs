@@ -129,7 +129,7 @@ impl Scene {
     /// The frame of a surface without relief: turned along growing u where that changes something.
     #[inline(always)]
     fn frame(&self, hit: &Hit, found: &Found, bsdf: &Bsdf) -> Frame {
-        if self.needs.tangents && bsdf.is_anisotropic() {
+        if bsdf.is_anisotropic() {
             Frame::from_z_x(found.ns, self.derivatives(hit, found).dpdu.normalize_or_zero())
         } else {
             Frame::from_z(found.ns)
