@@ -26,7 +26,10 @@ const SAMPLES_OF_A_PAIR: u64 = 32;
 /// Pairs of pilot samples, at most.
 const PAIRS: u64 = 1 << 16;
 /// Pixels in a row of a cell in which pairs are taken.
-const PIXELS_OF_A_CELL: u32 = 8;
+const PIXELS_OF_A_CELL: u32 = 16;
+/// The largest factor. A pilot may not have met what is rare and bright; with this bound no contribution is more than so many times what it is by
+/// the balance heuristic, `v_s f / Σ v_i p_i ≤ max v · f / Σ p_i`, nor is the sum of second moments.
+const MOST: f64 = 8.0;
 /// Orders from here on are weighted by the balance heuristic alone: tables grow with the square of the last order.
 const ORDERS: usize = 17;
 
@@ -71,19 +74,16 @@ impl Lattice {
         let edge = self.edge();
         let within = move |first: u32, all: u32| edge.min(all - first);
         let row = move |y: u32| {
-            (0..self.width).step_by(edge as usize).map(move |x| f64::from(within(x, self.width) * within(y, self.height)))
+            (0..self.width)
+                .step_by(edge as usize)
+                .map(move |x| f64::from(within(x, self.width) * within(y, self.height)))
         };
         (0..self.height).step_by(edge as usize).flat_map(row)
     }
 }
 
 /// Finds the factors for a replicate, and tells the work done.
-pub(super) fn factors(
-    settings: &Bdpt,
-    scene: &Scene,
-    request: &Request,
-    replicate: &Replicate,
-) -> (Factors, Counters) {
+pub(super) fn factors(settings: &Bdpt, scene: &Scene, request: &Request, replicate: &Replicate) -> (Factors, Counters) {
     let size = (scene.camera.width(), scene.camera.height());
     let lattice = Lattice::new(size, replicate.samples);
     let orders = request.last_order().map_or(ORDERS, |last| ORDERS.min(last + 1));
@@ -94,14 +94,15 @@ pub(super) fn factors(
     };
     let settings = &Bdpt { connections, ..settings.clone() };
     let pilot = Pilot { settings, scene, request, replicate, lattice, factors: &factors };
-    // A row of cells at a time, and put together in order, so that threads are no matter.
-    let firsts: Vec<u32> = (0..size.1).step_by(lattice.edge() as usize).collect();
-    let rows: Vec<Row> = firsts.into_par_iter().map(|y| pilot.trace(y..(y + lattice.edge()).min(size.1))).collect();
+    // Put together row by row, so that threads are no matter.
+    let lines: Vec<u32> = lattice.within(0..size.1).collect();
+    let rows: Vec<Row> = lines.into_par_iter().map(|y| pilot.trace(y)).collect();
     let mut counters = Counters::default();
-    rows.iter().for_each(|row| counters += row.counters);
-    let mut moments: Vec<Moments> = rows.iter().flat_map(|row| &row.moments).copied().collect();
-    for &(place, value) in rows.iter().flat_map(|row| &row.splats) {
-        moments[place].add_splat(value);
+    let mut moments = vec![Moments::default(); factors.values.len()];
+    for row in &rows {
+        counters += row.counters;
+        moments[row.first..].iter_mut().zip(&row.moments).for_each(|(sum, of_row)| *sum += *of_row);
+        row.splats.iter().for_each(|&(place, value)| moments[place].add_splat(value));
     }
     let strategies = factors.in_a_cell();
     for (cell, pixels) in lattice.pixels().enumerate() {
@@ -116,12 +117,11 @@ pub(super) fn factors(
 /// What the pixels of a cell get of a strategy.
 #[derive(Clone, Copy, Debug, Default)]
 struct Moments {
-    /// Sum over pairs of samples of a pixel of their products.
+    /// Sum over pairs of samples of a pixel of their products, each an estimate of the squared mean.
     products: f64,
-    /// Sum over pairs of samples of a pixel of half of their squared differences.
+    /// Sum over the same pairs of half of their squared differences, each an estimate of the variance.
     variances: f64,
-    pairs: f64,
-    /// Sums over what light walks have brought, and of its square.
+    /// Sum over what light walks have brought, and of its square.
     splats: f64,
     squares: f64,
 }
@@ -130,7 +130,6 @@ impl Moments {
     fn add_pair(&mut self, a: f64, b: f64) {
         self.products += a * b;
         self.variances += (a - b).powi(2) / 2.0;
-        self.pairs += 1.0;
     }
 
     fn add_splat(&mut self, value: f64) {
@@ -138,22 +137,25 @@ impl Moments {
         self.squares += value * value;
     }
 
-    /// 1 + μ²/σ², from `samples` of the cell's pixels; 1 where nothing is known.
+    /// 1 + μ²/σ², from so many `samples` of the cell's pixels; 1 where nothing is known.
     fn factor(&self, samples: f64) -> f32 {
-        let (mean_squared, variance, known_by) = match self.squares > 0.0 {
-            // Light walks are many, each with little chance to end in the pixel: the variance of their sum is the sum of squares. The
-            // mean is taken to be the same all over the cell; that of its square is without the variance of the estimate.
-            true => {
-                let mean_squared = (self.splats.powi(2) - self.squares) / samples.powi(2);
-                (mean_squared, self.squares / samples, samples)
-            }
-            false => (self.products / self.pairs, self.variances / self.pairs, self.pairs),
+        let ratio = if self.squares > 0.0 {
+            // Light walks are many, each with little chance to end in the pixel: the variance of their sum is the sum of squares. The mean
+            // is taken to be the same all over the cell, and its square is without the variance of the estimate.
+            (self.splats.powi(2) - self.squares) / (samples * self.squares)
+        } else {
+            self.products / self.variances
         };
-        if mean_squared > 0.0 {
-            // No more is promised than so few samples can tell.
-            return (1.0 + mean_squared / (variance + mean_squared / known_by)) as f32;
-        }
-        1.0
+        if ratio > 0.0 { (1.0 + ratio).min(MOST) as f32 } else { 1.0 }
+    }
+}
+
+impl std::ops::AddAssign for Moments {
+    fn add_assign(&mut self, other: Self) {
+        self.products += other.products;
+        self.variances += other.variances;
+        self.splats += other.splats;
+        self.squares += other.squares;
     }
 }
 
@@ -168,10 +170,11 @@ struct Pilot<'a> {
     factors: &'a Factors,
 }
 
-/// What is found from a row of cells.
-#[derive(Default)]
+/// What is found from a row of pixels.
 struct Row {
-    /// Of its own cells and their strategies.
+    /// The first place of the row of cells that it is in.
+    first: usize,
+    /// Of the row of cells.
     moments: Vec<Moments>,
     /// Places of what was splatted, and luminances.
     splats: Vec<(usize, f64)>,
@@ -179,34 +182,33 @@ struct Row {
 }
 
 impl Pilot<'_> {
-    /// Takes the samples of these rows of pixels, which are one row of cells.
-    fn trace(&self, rows: Range<u32>) -> Row {
+    /// Takes the samples of a row of pixels.
+    fn trace(&self, y: u32) -> Row {
         let &Self { settings, scene, request, replicate, lattice, factors } = self;
-        let row = (rows.start / lattice.edge()) as usize;
-        let strategies = factors.in_a_cell();
-        let first = row * factors.columns() * strategies;
+        let (strategies, width) = (factors.in_a_cell(), lattice.width);
+        let place_of = |x: u32| factors.place(vec2(x as f32, y as f32), 0).unwrap_or(0);
+        let first = place_of(0);
         let mut moments = vec![Moments::default(); factors.columns() * strategies];
         let mut witness = Witness { factors, own: vec![0.0; strategies], splats: Vec::new() };
         let mut before = vec![0.0; strategies];
         let mut scratch = Scratch::default();
-        let (key, size) = (replicate.key.of_pilot(), (lattice.width, lattice.height));
+        let (key, size) = (replicate.key.of_pilot(), (width, lattice.height));
         let mut sampler = Sampler::new(replicate.sampler, key, 2 * lattice.pairs, size);
-        for (x, y) in lattice.within(rows).flat_map(|y| lattice.within(0..lattice.width).map(move |x| (x, y))) {
-            let pixel = u64::from(y) * u64::from(lattice.width) + u64::from(x);
-            let cell = factors.place(vec2(x as f32, y as f32), 0).unwrap_or(first) - first;
+        for x in lattice.within(0..width) {
+            let cell = place_of(x) - first;
             for sample in 0..2 * lattice.pairs {
-                sampler.start_sample(pixel, sample);
+                sampler.start_sample(u64::from(y) * u64::from(width) + u64::from(x), sample);
                 let place = Pixel::sample(x, y, scene.camera.filter(), sampler.get_2d(Purpose::Film)).0;
                 witness.own.fill(0.0);
                 settings.estimate(scene, request, place, &mut sampler, &mut scratch, &mut witness);
                 if sample % 2 == 1 {
                     let values = before.iter().zip(&witness.own);
-                    moments[cell..cell + strategies].iter_mut().zip(values).for_each(|(m, (&a, &b))| m.add_pair(a, b));
+                    moments[cell..].iter_mut().zip(values).for_each(|(moments, (&a, &b))| moments.add_pair(a, b));
                 }
                 std::mem::swap(&mut before, &mut witness.own);
             }
         }
-        Row { moments, splats: witness.splats, counters: scratch.counters }
+        Row { first, moments, splats: witness.splats, counters: scratch.counters }
     }
 }
 
@@ -265,12 +267,12 @@ mod tests {
             // Pairs of independent numbers: all four alike.
             moments.add_pair(value(i), value(i / 2));
         }
-        assert!((moments.factor(1000.0) - 5.0).abs() < 0.05, "{}", moments.factor(1000.0));
+        assert!((moments.factor(1000.0) - 5.0).abs() < 1e-3, "{}", moments.factor(1000.0));
         let mut moments = Moments::default();
         let samples = 10_000.0;
         (0..5000).for_each(|_| moments.add_splat(2.0));
         // The sum in a pixel has the mean 1 and, being Poisson's, the variance 2.
         assert!((moments.factor(samples) - 1.5).abs() < 1e-3, "{}", moments.factor(samples));
-        assert_eq!(Moments { pairs: 10.0, ..Moments::default() }.factor(10.0), 1.0);
+        assert_eq!(Moments::default().factor(10.0), 1.0);
     }
 }
