@@ -24,20 +24,15 @@ fn enclosures_of_known_orders() {
     }
 }
 
-/// Against the balance heuristic; pilots of small images know little, and their factors are far from what they should be.
+/// Against the balance heuristic; pilots of small images know little, and their factors are far from what they should be. Orders are left out whose
+/// variance by the balance heuristic leaves everything open.
 #[test]
 fn built_in_scenes() {
-    for (name, conclusive) in [
-        ("cornell_box", 0.9),
-        ("veach_mis", 0.4),
-        ("glass_caustic", 0.3),
-        ("mirror_caustic", 0.1),
-        ("indirect_lamp", 0.4),
-    ] {
+    for (name, max_order) in [("cornell_box", 6), ("veach_mis", 6), ("glass_caustic", 1), ("indirect_lamp", 4)] {
         let entry =
             |label, mis| Entry::new("bdpt", 48).with(label, json!({"mis": mis, "roulette": "none"})).by_night(8);
         let entries = [entry("by densities", "balance"), entry("by variances", "variance_aware")];
-        agree(&format!("variance-aware weights on {name}"), &builtin(name, 16), 6, &entries, conclusive);
+        agree(&format!("variance-aware weights on {name}"), &builtin(name, 16), max_order, &entries, 0.4);
     }
 }
 

@@ -1,4 +1,4 @@
-//! Factors that make weights aware of variances, found by a pilot [Grittmann19].
+//! Factors that make weights aware of variances, found by a pilot \[Grittmann19\].
 //!
 //! The balance heuristic keeps the sum of second moments `E[F_s²]` small, of what each strategy `s` adds to a pixel, as a bound of the
 //! sum of variances. Where a strategy's mean is large against its standard deviation, its second moment is much more than its

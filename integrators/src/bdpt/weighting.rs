@@ -11,7 +11,7 @@ pub enum Weighting {
     /// By their densities alone.
     Heuristic(Heuristic),
     /// By the balance heuristic on densities that are multiplied by what each strategy gains from being many samples of little variance, as a pilot
-    /// finds [Grittmann19].
+    /// finds \[Grittmann19\].
     VarianceAware,
 }
 

@@ -125,11 +125,11 @@ impl Strategies {
                 _ => light[i].pdf_rev,
             };
             let step = ratio(from_camera, light[i].pdf_fwd);
+            product = times(product, step);
             // What has no density is no rival, nor is any that would have it as a factor.
-            if step == 0.0 {
+            if product == 0.0 {
                 break;
             }
-            product *= step;
             // The last vertex ends its subpath: a direction it was left by belongs to longer paths.
             let delta = i < s - 1 && light[i].delta;
             let (possible, share) = match i {
@@ -138,7 +138,8 @@ impl Strategies {
                 _ => (!delta && !light[i - 1].delta, self.light_paths),
             };
             if possible {
-                sum += f64::from(factors[fault!("factor_of_another_strategy", i, i + 1)]) * share * product;
+                let factor = f64::from(factors[fault!("factor_of_another_strategy", i, i + 1)]);
+                sum += times(factor * share, product);
             }
         }
         sum
@@ -164,10 +165,10 @@ impl Strategies {
                 _ => camera[j].pdf_rev,
             };
             let step = ratio(from_light, camera[j].pdf_fwd);
-            if step == 0.0 {
+            product = times(product, step);
+            if product == 0.0 {
                 break;
             }
-            product *= step;
             if !delta && !camera[j - 1].delta {
                 sum += f64::from(factors[s + more]) * product;
             }
@@ -177,8 +178,8 @@ impl Strategies {
     }
 }
 
-/// A product in which nothing of something infinite is nothing.
+/// A product that is 0 where either is, even if the other overflows: what cannot make the path is no rival.
 #[inline]
-fn times(rivals: f64, ratio: f64) -> f64 {
-    if ratio == 0.0 { 0.0 } else { rivals * ratio }
+fn times(a: f64, b: f64) -> f64 {
+    if a == 0.0 || b == 0.0 { 0.0 } else { a * b }
 }
