@@ -52,6 +52,8 @@ const FAULTS: &[(&str, &str)] = &[
     ("connection_roulette_not_compensated", "variants::connections_of_bidirectional_path_tracing"),
     ("choice_not_compensated", "variants::connections_of_bidirectional_path_tracing"),
     ("shares_of_lobes_forgotten", "parts::path_classes_add_up_and_are_the_same_for_all_methods"),
+    ("factor_of_another_strategy", "mis_weights::weights_sum_to_one_with_any_factors"),
+    ("factors_of_the_samples_pixel", "mis_weights::weights_sum_to_one_with_any_factors"),
     ("merges_left_out_of_the_sum", "mis_weights::merges::weights_sum_to_one_where_vertices_are_merged"),
     ("covariance_dropped", "statistics::variances_and_covariances_are_those_of_the_replicates"),
     ("masking_dropped", "bsdf_laws::no_light_is_gained"),

@@ -48,4 +48,5 @@ mod stress;
 mod subsurface;
 mod support;
 mod textures;
+mod variance_aware;
 mod variants;

@@ -8,16 +8,17 @@ mod merges;
 
 use crate::support::{PathDensities, builtin, bumps, in_relief, lambert, room, shining, sky};
 use glam::{DVec3, dvec2, dvec3};
-use integrators::bdpt::Bdpt;
-use integrators::connect::{EmitterEnd, Strategies};
+use integrators::bdpt::{Bdpt, Weighting};
+use integrators::connect::{EmitterEnd, Factors, Strategies};
 use integrators::method::Pixel;
 use integrators::roulette::SubpathRoulette;
 use integrators::scratch::Scratch;
 use integrators::vertex::{PathVertex, Site, density_at};
-use integrators::{Contribution, Estimator, Orders, Request, Sink, Technique, Wants};
+use integrators::{Contribution, Counters, Estimator, Orders, Request, Sink, Technique, Wants};
 use sampling::bsdf::{Bsdf, RoughConductor, RoughDielectric, TransportMode, fresnel_dielectric};
 use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
+use sampling::rng::Stream;
 use sampling::sampler::{Purpose, Role, Sampler, SamplerKind, StreamKey};
 use sampling::{Vec2, Vec3, vec3};
 use scenes::interaction::Normals;
@@ -26,6 +27,7 @@ use scenes::{
     SceneBuilder, Skip, Spot, Tilt,
 };
 use std::num::NonZeroU16;
+use std::sync::Arc;
 
 const TOLERANCE: f64 = 2e-3;
 
@@ -34,17 +36,25 @@ struct Found {
     vertices: Vec<PathVertex>,
     technique: Technique,
     weight: f64,
+    /// The factors of the order's strategies, where the path meets the film; all alike where there are none.
+    factors: Vec<f32>,
 }
 
 #[derive(Default)]
-struct Collect(Vec<Found>);
+struct Collect<'a> {
+    found: Vec<Found>,
+    factors: Option<&'a Factors>,
+}
 
-impl Sink for Collect {
+impl Sink for Collect<'_> {
     const WANTS: Wants = Wants { vertices: true, ..Wants::NOTHING };
 
     fn add(&mut self, c: Contribution) {
         let vertices = c.path.light.iter().chain(c.path.camera.iter().rev()).copied().collect();
-        self.0.push(Found { vertices, technique: c.technique, weight: c.weight });
+        let order = c.technique.order();
+        let factors = self.factors.and_then(|factors| factors.of(c.raster, order));
+        let factors = factors.map_or_else(|| vec![1.0; order + 2], <[f32]>::to_vec);
+        self.found.push(Found { vertices, technique: c.technique, weight: c.weight, factors });
     }
 }
 
@@ -54,13 +64,14 @@ fn paths(scene: &Scene, settings: &Bdpt, samples: u32) -> Vec<Found> {
     let key = StreamKey::new(11, "weights", Role::Estimate, 0);
     let (width, height) = (scene.camera.width(), scene.camera.height());
     let mut sampler = Sampler::new(SamplerKind::Independent, key, samples, (width, height));
-    let (mut scratch, mut found) = (Scratch::default(), Collect::default());
+    let factors = settings.factors.as_ref().map(|factors| &factors.0);
+    let (mut scratch, mut collect) = (Scratch::default(), Collect { found: Vec::new(), factors });
     for (x, y, sample) in (0..width).flat_map(|x| (0..height).flat_map(move |y| (0..samples).map(move |s| (x, y, s)))) {
         sampler.start_sample((y * width + x) as u64, sample);
         let (pixel, _) = Pixel::sample(x, y, scene.camera.filter(), sampler.get_2d(Purpose::Film));
-        settings.estimate(scene, &request, pixel, &mut sampler, &mut scratch, &mut found);
+        settings.estimate(scene, &request, pixel, &mut sampler, &mut scratch, &mut collect);
     }
-    found.0
+    collect.found
 }
 
 /// A path taken apart: what is needed to divide it anew.
@@ -69,19 +80,21 @@ struct Whole<'a> {
     vertices: &'a [PathVertex],
     emitter: EmitterId,
     endpoint: Endpoint,
+    factors: &'a [f32],
     settings: &'a Bdpt,
     strategies: Strategies,
 }
 
 impl<'a> Whole<'a> {
-    fn new(scene: &'a Scene, vertices: &'a [PathVertex], settings: &'a Bdpt) -> Self {
+    fn new(scene: &'a Scene, found: &'a Found, settings: &'a Bdpt) -> Self {
+        let (vertices, factors) = (&found.vertices[..], &found.factors[..]);
         let (emitter, endpoint) = match &vertices[0].site {
             Site::Emitter(emitter, endpoint) => (*emitter, *endpoint),
             Site::Surface(hit) => (hit.emitter.unwrap(), scene.endpoint_of(hit)),
             Site::Camera(_) => panic!("a path starts at an emitter"),
         };
         let strategies = settings.strategies(scene, &Request::new(Orders::up_to(6), false));
-        Self { scene, vertices, emitter, endpoint, settings, strategies }
+        Self { scene, vertices, emitter, endpoint, factors, settings, strategies }
     }
 
     fn len(&self) -> usize {
@@ -189,14 +202,15 @@ impl<'a> Whole<'a> {
 
     /// The weight that strategy `s` would have, if it is possible.
     fn weight(&self, s: usize) -> Option<f64> {
-        self.weight_by(s, self.settings.mis)
+        self.weight_by(s, self.settings.mis.heuristic())
     }
 
     fn weight_by(&self, s: usize, mis: Heuristic) -> Option<f64> {
         let Strategies { emitter_to_camera, light_paths, light: light_rules, camera: camera_rules, .. } =
             self.strategies;
         let (light, camera) = self.divide(s);
-        let mut densities = PathDensities { emitter_to_camera, light_paths, ..PathDensities::default() };
+        let factors = self.factors.iter().copied().map(f64::from).collect();
+        let mut densities = PathDensities { emitter_to_camera, light_paths, factors, ..PathDensities::default() };
         let end = EmitterEnd { emitter: self.emitter, endpoint: self.endpoint };
         if s == 0 {
             densities.set_emission(self.scene, &camera, &end);
@@ -254,14 +268,14 @@ fn check(scene: &Scene, settings: &Bdpt, samples: u32) {
     let found = paths(scene, settings, samples);
     let mut per_length = vec![0; 16];
     for path in &found {
-        let whole = Whole::new(scene, &path.vertices, settings);
+        let whole = Whole::new(scene, path, settings);
         let Technique::Connect { s, .. } = path.technique else { panic!("bdpt connects") };
         let weights: Vec<Option<f64>> = (0..whole.len()).map(|s| whole.weight(s)).collect();
         let sum: f64 = weights.iter().flatten().sum();
         let share = weights[s as usize].expect("the strategy that made a path can make it");
         // Which of nearly equal densities is the highest is decided by rounding.
         let own_share = (share - path.weight).abs() < TOLERANCE
-            || settings.mis == Heuristic::Maximum && whole.nearly_tied(s as usize);
+            || settings.mis == Heuristic::Maximum.into() && whole.nearly_tied(s as usize);
         let ok = (sum - 1.0).abs() < TOLERANCE && own_share;
         assert!(
             ok,
@@ -280,12 +294,35 @@ fn weights_of_all_strategies_sum_to_one() {
         for mis in [Heuristic::Balance, Heuristic::POWER, Heuristic::Power(1.5), Heuristic::Maximum] {
             for emitter_to_camera in [false, true] {
                 for roulette in [SubpathRoulette::None, SubpathRoulette::Local, SubpathRoulette::Throughput] {
+                    let mis = mis.into();
                     check(&scene, &Bdpt { mis, roulette, emitter_to_camera, ..Bdpt::default() }, 2);
                 }
             }
             let light_paths = NonZeroU16::new(3).unwrap();
-            check(&scene, &Bdpt { mis, light_paths, ..Bdpt::default() }, 2);
+            check(&scene, &Bdpt { mis: mis.into(), light_paths, ..Bdpt::default() }, 2);
         }
+    }
+}
+
+/// With factors from a hundredth to a hundred, other ones in every cell of the image and for every order up to the fifth.
+#[test]
+fn weights_sum_to_one_with_any_factors() {
+    let mut scenes = rooms();
+    scenes.extend(["cornell_box", "veach_mis", "glass_caustic"].map(|name| builtin(name, 8)));
+    for scene in scenes {
+        let mut factors = Factors::ones((8, 8), 3, 6);
+        let mut numbers = Stream::new(5, 0);
+        factors.values.iter_mut().for_each(|value| *value = 10.0_f32.powf(4.0 * numbers.next_f32() - 2.0));
+        let with_factors = Bdpt {
+            mis: Weighting::VarianceAware,
+            factors: Some(Arc::new((factors, Counters::default()))),
+            ..Bdpt::default()
+        };
+        for emitter_to_camera in [false, true] {
+            check(&scene, &Bdpt { emitter_to_camera, ..with_factors.clone() }, 6);
+        }
+        let light_paths = NonZeroU16::new(3).unwrap();
+        check(&scene, &Bdpt { light_paths, ..with_factors }, 2);
     }
 }
 
@@ -344,7 +381,7 @@ fn weights_sum_to_one_whatever_emits() {
     for scene in rooms() {
         for mis in [Heuristic::Balance, Heuristic::POWER] {
             for emitter_to_camera in [false, true] {
-                check(&scene, &Bdpt { mis, emitter_to_camera, ..Bdpt::default() }, 6);
+                check(&scene, &Bdpt { mis: mis.into(), emitter_to_camera, ..Bdpt::default() }, 6);
             }
         }
     }
@@ -373,7 +410,7 @@ fn weights_sum_to_one_in_relief() {
         scene.camera.set_size(8, 8);
         for mis in [Heuristic::Balance, Heuristic::POWER] {
             for emitter_to_camera in [false, true] {
-                check(&scene, &Bdpt { mis, emitter_to_camera, ..Bdpt::default() }, 6);
+                check(&scene, &Bdpt { mis: mis.into(), emitter_to_camera, ..Bdpt::default() }, 6);
             }
         }
     }

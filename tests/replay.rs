@@ -13,13 +13,14 @@ use serde_json::{Value, json};
 
 /// Every method, and what of `bdpt` draws numbers of its own.
 fn methods() -> Vec<Box<dyn Integrator>> {
-    let settings: [(&str, Value); 13] = [
+    let settings: [(&str, Value); 14] = [
         ("direct", json!({})),
         ("path", json!({})),
         ("light", json!({})),
         ("bdpt", json!({})),
         ("bdpt", json!({"connections": "resampled", "light_paths": 2, "next_event_candidates": 3})),
         ("bdpt", json!({"connections": "roulette", "roulette": "throughput"})),
+        ("bdpt", json!({"mis": "variance_aware"})),
         ("path", json!({"strategy": "bsdf"})),
         ("path", json!({"strategy": "emitter"})),
         ("guided", json!({})),

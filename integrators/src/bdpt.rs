@@ -13,9 +13,14 @@ mod merge;
 mod pilot;
 mod reservoir;
 mod strategy;
+mod variances;
+mod weighting;
 
-use crate::connect::{EmitterEnd, Strategies};
+pub use weighting::Weighting;
+
+use crate::connect::{EmitterEnd, Factors, Strategies};
 use crate::contribution::Sink;
+use crate::measurement::Counters;
 use crate::method::{Estimator, Pixel, Replicate};
 use crate::photons::Photons;
 use crate::request::Request;
@@ -31,6 +36,7 @@ use sampling::sampler::{Sampler, Subpath};
 use scenes::{LeSample, Needs, Rays, Scene, WeSample};
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU16;
+use std::sync::Arc;
 
 /// Which connections between the vertices of two subpaths a ray is traced for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -50,7 +56,7 @@ pub enum Connections {
 #[serde(default, deny_unknown_fields)]
 pub struct Bdpt {
     /// How strategies are weighted.
-    pub mis: Heuristic,
+    pub mis: Weighting,
     /// How walks end.
     pub roulette: SubpathRoulette,
     /// The number of scatterings from which roulette by throughput is played.
@@ -67,6 +73,9 @@ pub struct Bdpt {
     /// The weighted contribution from which a connection always has its ray; no setting, but found by a pilot.
     #[serde(skip)]
     pub threshold: f32,
+    /// Factors of strategies' densities in weights, and the work of finding them; no setting, but what a pilot finds.
+    #[serde(skip)]
+    pub factors: Option<Arc<(Factors, Counters)>>,
     /// What the camera's vertices are merged with; no setting, but what [`vcm`](crate::vcm) adds.
     #[serde(skip)]
     pub photons: Option<Photons>,
@@ -75,7 +84,7 @@ pub struct Bdpt {
 impl Default for Bdpt {
     fn default() -> Self {
         Self {
-            mis: Heuristic::POWER,
+            mis: Heuristic::POWER.into(),
             roulette: SubpathRoulette::Local,
             roulette_start: 3,
             emitter_to_camera: true,
@@ -83,6 +92,7 @@ impl Default for Bdpt {
             next_event_candidates: NonZeroU16::MIN,
             connections: Connections::All,
             threshold: 0.0,
+            factors: None,
             photons: None,
         }
     }
@@ -112,7 +122,7 @@ impl Bdpt {
         // Where nothing can be connected, a light subpath serves no strategy.
         let light = if needs.non_delta_lobes { last.map(|k| k + 1) } else { Some(1) };
         Strategies {
-            mis: self.mis,
+            mis: self.mis.heuristic(),
             // No sampled point of an emitter lies in the one direction of parallel rays.
             emitter_to_camera: self.emitter_to_camera && scene.camera.rays() != Rays::Parallel,
             light_paths: f64::from(self.light_paths.get()),
@@ -140,8 +150,19 @@ impl Estimator for Bdpt {
     }
 
     fn prepare(&self, scene: &Scene, request: &Request, replicate: &Replicate) -> Option<Self> {
-        let needed = self.connections == Connections::Roulette;
-        needed.then(|| Self { threshold: pilot::threshold(self, scene, request, replicate), ..self.clone() })
+        let (weighs, plays) = (self.mis == Weighting::VarianceAware, self.connections == Connections::Roulette);
+        let mut prepared = (weighs || plays).then(|| self.clone())?;
+        if weighs {
+            prepared.factors = Some(Arc::new(variances::factors(self, scene, request, replicate)));
+        }
+        if plays {
+            prepared.threshold = pilot::threshold(&prepared, scene, request, replicate);
+        }
+        Some(prepared)
+    }
+
+    fn pilot(&self) -> Counters {
+        self.factors.as_ref().map_or(Counters::default(), |factors| factors.1)
     }
 
     fn estimate<S: Sink>(

@@ -82,7 +82,7 @@ impl Estimator for Vcm {
 
     fn prepare(&self, _: &Scene, _: &Request, _: &Replicate) -> Option<Self> {
         let Self { mis, roulette, .. } = *self;
-        let bdpt = Bdpt { mis, roulette, photons: Some(Photons::default()), ..Bdpt::default() };
+        let bdpt = Bdpt { mis: mis.into(), roulette, photons: Some(Photons::default()), ..Bdpt::default() };
         Some(Self { bdpt, ..self.clone() })
     }
 

@@ -73,6 +73,8 @@
 //! - `[Giles12]` M. Giles: *Approximating the erfinv function*, GPU Computing Gems Jade Edition, 2012.
 //! - `[Goral84]` C. M. Goral, K. E. Torrance, D. P. Greenberg, B. Battaile: *Modeling the interaction of light between diffuse
 //!   surfaces*, SIGGRAPH 1984.
+//! - `[Grittmann19]` P. Grittmann, I. Georgiev, P. Slusallek, J. Křivánek: *Variance-aware multiple importance sampling*, ACM Transactions on
+//!   Graphics 38(6), 2019.
 //! - `[Gulbrandsen14]` O. Gulbrandsen: *Artist friendly metallic Fresnel*, JCGT 3(4), 2014.
 //! - `[Hachisuka08]` T. Hachisuka, S. Ogaki, H. W. Jensen: *Progressive photon mapping*, ACM Transactions on Graphics 27(5), 2008.
 //! - `[Hachisuka12]` T. Hachisuka, J. Pantaleoni, H. W. Jensen: *A path space extension for robust light transport simulation*, ACM

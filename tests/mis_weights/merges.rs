@@ -43,9 +43,9 @@ fn weights_sum_to_one_where_vertices_are_merged() {
         let mut merges = 0;
         for mis in [Heuristic::Balance, Heuristic::POWER, Heuristic::Maximum] {
             for emitter_to_camera in [false, true] {
-                let settings = Bdpt { mis, emitter_to_camera, ..Bdpt::default() };
+                let settings = Bdpt { mis: mis.into(), emitter_to_camera, ..Bdpt::default() };
                 for path in paths(scene, &settings, 2) {
-                    let whole = Whole::new(scene, &path.vertices, &settings);
+                    let whole = Whole::new(scene, &path, &settings);
                     // From where they hardly count to where nothing else does.
                     for merging in [1e-4, 1e-2, 1.0, 1e4] {
                         let (sum, count) = with_merges(&whole, merging);

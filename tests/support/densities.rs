@@ -31,6 +31,8 @@ pub struct PathDensities {
     pub light_paths: f64,
     /// Whether an emitter is connected straight to the camera (strategy 1 of paths of two vertices).
     pub emitter_to_camera: bool,
+    /// What every strategy's density counts by; 1 where there is none.
+    pub factors: Vec<f64>,
 }
 
 impl PathDensities {
@@ -138,14 +140,15 @@ impl PathDensities {
         }
     }
 
-    /// What strategy `s` has beyond the product of densities: strategy 1 chooses its emitter vertex its own way, and several light
-    /// subpaths are several samples.
+    /// What strategy `s` has beyond the product of densities: strategy 1 chooses its emitter vertex its own way, several light
+    /// subpaths are several samples, and there may be factors.
     fn factor(&self, s: usize) -> f64 {
-        match s {
+        let own = match s {
             0 => 1.0,
             1 => self.next_event / self.light[0],
             _ => self.light_paths,
-        }
+        };
+        own * self.factors.get(s).unwrap_or(&1.0)
     }
 
     /// MIS weight of the strategy `s` that made the path.

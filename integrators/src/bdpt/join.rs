@@ -111,7 +111,11 @@ impl<'a, S: Sink> Join<'a, S> {
     /// `s = 0`: the camera subpath's vertex `t − 1` emits.
     fn emission(&mut self, t: usize) {
         let Some((end, value)) = self.emitted(t) else { return };
-        let weight = self.strategies.weight_emission(self.scene, &self.camera[..t], &end);
+        let camera = &self.camera[..t];
+        let weight = match self.factors(self.raster, t - 2) {
+            Some(factors) => self.strategies.weight_emission_by(factors, self.scene, camera, &end),
+            None => self.strategies.weight_emission(self.scene, camera, &end),
+        };
         self.add_emission(t, end.emitter, value, weight);
     }
 
@@ -302,16 +306,15 @@ impl<'a, S: Sink> Join<'a, S> {
     /// Traces a connection's ray, unless roulette is played and lost, and adds what arrives.
     #[inline]
     fn connect(&mut self, connection: Connection, sampler: &mut Sampler) {
-        let &Connection { light, camera, next_event, value, ref ray, .. } = &connection;
-        let weight = |join: &Self| join.strategies.weight_connected(join.scene, light, camera, next_event);
+        let &Connection { value, ref ray, .. } = &connection;
         if self.settings.connections != Connections::Roulette {
             if !self.is_blocked(ray) {
-                let weight = weight(self);
+                let weight = self.weight(&connection);
                 self.add_connected(&connection, value, weight);
             }
             return;
         }
-        let weight = weight(self);
+        let weight = self.weight(&connection);
         let survival = value.luminance() * weight as f32 / self.settings.threshold;
         // The comparison lets pass what is no number, so that it is counted.
         if survival < 1.0 && sampler.get_1d(Purpose::ConnectionRoulette) >= survival || self.is_blocked(ray) {
@@ -319,6 +322,22 @@ impl<'a, S: Sink> Join<'a, S> {
         }
         let survival = fault!("connection_roulette_not_compensated", survival.min(1.0), 1.0);
         self.add_connected(&connection, value / survival, weight);
+    }
+
+    /// A connection's MIS weight.
+    #[inline]
+    fn weight(&self, &Connection { raster, light, camera, next_event, .. }: &Connection) -> f64 {
+        let raster = fault!("factors_of_the_samples_pixel", raster, self.raster);
+        match self.factors(raster, light.len() + camera.len() - 2) {
+            Some(factors) => self.strategies.weight_connected_by(factors, self.scene, light, camera, next_event),
+            None => self.strategies.weight_connected(self.scene, light, camera, next_event),
+        }
+    }
+
+    /// The factors by which strategies of an order are weighted where their path meets the film, if there are any.
+    #[inline]
+    fn factors(&self, raster: Vec2, order: usize) -> Option<&'a [f32]> {
+        self.settings.factors.as_ref()?.0.of(raster, order)
     }
 
     fn is_blocked(&mut self, ray: &Ray) -> bool {

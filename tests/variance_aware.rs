@@ -1,0 +1,51 @@
+//! Weights that are aware of variances: whatever pilots find, means are the truth, and those of the balance heuristic; and where the camera's
+//! samples have little variance, so has the image.
+//!
+//! False-alarm rate: 0.1 % for each test of means (Šidák over orders and blocks).
+
+use crate::support::{Budget, COLUMNS, Entry, Family, Truth, agree, builtin, exact, grey, measure, method_with};
+use serde_json::json;
+
+/// Against closed forms, by replicates of 16 samples per pixel.
+#[test]
+fn enclosures_of_known_orders() {
+    for name in ["furnace", "integrating_sphere"] {
+        let scene = builtin(name, 8);
+        let truth =
+            Truth::new(&scene, |hit, ray| (0..=8).map(|k| grey(exact(&scene, k, hit.point.p, ray.d))).collect());
+        let mut family = Family::new(&format!("variance-aware weights in {name}"));
+        for light_paths in [1, 2] {
+            let settings = json!({"mis": "variance_aware", "roulette": "none", "light_paths": light_paths});
+            let label = format!("{light_paths} light paths");
+            let method = method_with("bdpt", settings);
+            truth.compare(&mut family, &label, method.as_ref(), Budget::samples(64), COLUMNS);
+        }
+        family.finish(0.9);
+    }
+}
+
+/// Against the balance heuristic; pilots of small images know little, and their factors are far from what they should be. Orders are left out whose
+/// variance by the balance heuristic leaves everything open.
+#[test]
+fn built_in_scenes() {
+    for (name, max_order) in [("cornell_box", 6), ("veach_mis", 6), ("glass_caustic", 1), ("indirect_lamp", 4)] {
+        let entry =
+            |label, mis| Entry::new("bdpt", 48).with(label, json!({"mis": mis, "roulette": "none"})).by_night(8);
+        let entries = [entry("by densities", "balance"), entry("by variances", "variance_aware")];
+        agree(&format!("variance-aware weights on {name}"), &builtin(name, 16), max_order, &entries, 0.4);
+    }
+}
+
+/// Once scattered light of a large lamp is found by the camera's walks with less noise than by light walks, of which the balance heuristic does
+/// not know that they are many.
+#[test]
+fn direct_light_in_the_cornell_box_has_less_than_half_of_the_variance() {
+    let scene = builtin("cornell_box", 48);
+    let budget = Budget { samples: 16, replicates: 16, ..Budget::samples(1) };
+    let [balance, aware] = ["balance", "variance_aware"].map(|mis| {
+        let rendered = measure(&scene, method_with("bdpt", json!({"mis": mis})).as_ref(), mis, budget.up_to(1));
+        let m = &rendered.measurement;
+        (0..m.pixels()).flat_map(|pixel| m.variance(1, pixel).unwrap()).sum::<f64>()
+    });
+    assert!(aware < 0.5 * balance, "{aware} against {balance}");
+}
