@@ -39,10 +39,11 @@ fn bits(m: &Measurement) -> Vec<u64> {
 fn any_number_of_threads_gives_the_same_bits() {
     let scene = builtin("cornell_box", 40);
     let by_default = ["direct", "path", "guided", "light", "bdpt"].map(|name| (name, json!({})));
+    let learned = [("path", json!({"roulette": "efficiency", "roulette_start": 1}))];
     let merging = ["vcm", "ppm"].map(|name| (name, json!({"radius": 0.05})));
     let chains = ["pssmlt", "mmlt"].map(|name| (name, json!({})));
     let meshes = [("radiosity", json!({"elements": 100}))];
-    for (name, settings_of) in by_default.into_iter().chain(merging).chain(chains).chain(meshes) {
+    for (name, settings_of) in by_default.into_iter().chain(learned).chain(merging).chain(chains).chain(meshes) {
         // Where numbers come from is no concern of merging, and chains have numbers of their own.
         let samplers = if ["vcm", "ppm", "pssmlt", "mmlt", "radiosity"].contains(&name) {
             &SamplerKind::ALL[..1]

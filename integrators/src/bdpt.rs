@@ -11,12 +11,12 @@
 mod join;
 mod merge;
 mod pilot;
-mod reservoir;
 mod strategy;
 
 use crate::connect::{EmitterEnd, Strategies};
 use crate::contribution::Sink;
 use crate::method::{Estimator, Pixel, Replicate};
+use crate::next_event::FURTHER;
 use crate::photons::Photons;
 use crate::request::Request;
 use crate::roulette::{MAX_SURVIVAL, SubpathRoulette};
@@ -87,9 +87,6 @@ impl Default for Bdpt {
         }
     }
 }
-
-/// Numbers of vertices from here on are those of a sample's further light subpaths, and of further candidates, to the sampler.
-const FURTHER: u32 = 1 << 16;
 
 impl Bdpt {
     /// The strategies of a request, and how the two subpaths are traced.
