@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 /// Every method, and what of `bdpt` draws numbers of its own.
 fn methods() -> Vec<Box<dyn Integrator>> {
-    let settings: [(&str, Value); 14] = [
+    let settings: [(&str, Value); 16] = [
         ("direct", json!({})),
         ("path", json!({})),
         ("light", json!({})),
@@ -23,6 +23,8 @@ fn methods() -> Vec<Box<dyn Integrator>> {
         ("bdpt", json!({"mis": "variance_aware"})),
         ("path", json!({"strategy": "bsdf"})),
         ("path", json!({"strategy": "emitter"})),
+        ("path", json!({"next_event_candidates": 3})),
+        ("path", json!({"roulette": "efficiency", "roulette_start": 1})),
         ("guided", json!({})),
         ("local", json!({})),
         ("whitted", json!({})),

@@ -2,7 +2,7 @@
 //!
 //! False-alarm rate: 0.1 % for each test.
 
-use crate::support::{Budget, Estimate, Family, builtin, exact, grey, measure, method_with};
+use crate::support::{Budget, Entry, Estimate, Family, agree, builtin, exact, grey, measure, method_with};
 use serde_json::json;
 
 /// The last order whose comparisons must decide something.
@@ -39,6 +39,19 @@ fn roulette_moves_no_mean() {
     family.finish(0.5);
 }
 
+/// Whatever a pilot has learned: of diffuse light, and of caustics that it hardly ever sees.
+#[test]
+fn roulette_by_efficiency_moves_no_mean() {
+    for (name, samples, max_order, decided) in [("cornell_box", 64, 6, 0.4), ("glass_caustic", 128, 4, 0.3)] {
+        let settings = json!({"roulette": "efficiency", "roulette_start": 1});
+        let entries = [
+            Entry::new("path", samples).with("roulette by efficiency", settings),
+            Entry::new("path", samples).without_roulette(),
+        ];
+        agree(&format!("roulette by efficiency in {name}"), &builtin(name, 16), max_order, &entries, decided);
+    }
+}
+
 /// The tail beyond order 2 must be the orders 3 to 20 and what little follows them, in a scene with a closed form.
 #[test]
 fn the_tail_is_the_rest_of_the_series() {
@@ -49,7 +62,10 @@ fn the_tail_is_the_rest_of_the_series() {
         exact(&scene, k, hit.point.p, ray.d)
     };
     let mut family = Family::new("tail");
-    for (name, settings) in [("path", json!({})), ("light", json!({})), ("bdpt", json!({"roulette": "local"}))] {
+    let by_efficiency = json!({"roulette": "efficiency", "roulette_start": 1});
+    for (name, settings) in
+        [("path", json!({})), ("path", by_efficiency), ("light", json!({})), ("bdpt", json!({"roulette": "local"}))]
+    {
         let budget = Budget { max_order: 2, tail: true, ..Budget::samples(128) };
         let m = measure(&scene, method_with(name, settings).as_ref(), name, budget);
         let truth: f64 = (3..200).map(|k| grey(emitted(k))).sum();

@@ -40,6 +40,7 @@ fn techniques_of_path_tracing() {
         entry("mis by balance", json!({"roulette": "none", "mis": "balance"})),
         entry("no next event", json!({"roulette": "none", "strategy": "bsdf"})),
         entry("next event alone", json!({"roulette": "none", "strategy": "emitter"})),
+        entry("emitter points chosen from four", json!({"roulette": "none", "next_event_candidates": 4})),
     ];
     agree("techniques of path tracing", &scene(), 5, &entries, 0.99);
 }

@@ -8,12 +8,14 @@ use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
 /// The experiments embedded in the program: names and files.
-pub const LIBRARY: [(&str, &str); 16] = [
+pub const LIBRARY: [(&str, &str); 18] = [
     ("bdpt_options", include_str!("../library/bdpt_options.toml")),
     ("best_per_order", include_str!("../library/best_per_order.toml")),
     ("comparison", include_str!("../library/comparison.toml")),
     ("consistency", include_str!("../library/consistency.toml")),
     ("convergence", include_str!("../library/convergence.toml")),
+    ("default_sampler", include_str!("../library/default_sampler.toml")),
+    ("default_settings", include_str!("../library/default_settings.toml")),
     ("furnace", include_str!("../library/furnace.toml")),
     ("guided", include_str!("../library/guided.toml")),
     ("light_vs_path", include_str!("../library/light_vs_path.toml")),

@@ -11,7 +11,6 @@
 mod join;
 mod merge;
 mod pilot;
-mod reservoir;
 mod strategy;
 mod variances;
 mod weighting;
@@ -22,6 +21,7 @@ use crate::connect::{EmitterEnd, Factors, Strategies};
 use crate::contribution::Sink;
 use crate::measurement::Counters;
 use crate::method::{Estimator, Pixel, Replicate};
+use crate::next_event::FURTHER;
 use crate::photons::Photons;
 use crate::request::Request;
 use crate::roulette::{MAX_SURVIVAL, SubpathRoulette};
@@ -97,9 +97,6 @@ impl Default for Bdpt {
         }
     }
 }
-
-/// Numbers of vertices from here on are those of a sample's further light subpaths, and of further candidates, to the sampler.
-const FURTHER: u32 = 1 << 16;
 
 impl Bdpt {
     /// The strategies of a request, and how the two subpaths are traced.

@@ -157,6 +157,7 @@ impl Whitted {
     /// As path tracing.
     fn path(&self) -> Path {
         let Self { roulette, roulette_start } = *self;
+        let roulette = roulette.into();
         Path { strategy: Strategy::Emitter, roulette, roulette_start, followed: Lobes::DELTA, ..Path::default() }
     }
 }

@@ -2,8 +2,8 @@
 
 use crate::trail::ClassShare;
 use crate::vertex::PathVertex;
-use sampling::Vec2;
 use sampling::math::Spectrum;
+use sampling::{Vec2, Vec3};
 use scenes::EmitterId;
 use serde::{Deserialize, Serialize};
 
@@ -116,4 +116,7 @@ pub trait Sink {
     const WANTS: Wants;
     /// Takes one contribution. Non-finite ones are counted, not added.
     fn add(&mut self, contribution: Contribution);
+    /// Is told that a walk of [`path`](crate::path) goes on from a point in direction `wi`, with this weight; for those who learn from it.
+    #[inline]
+    fn goes_on(&mut self, _p: Vec3, _wi: Vec3, _beta: Spectrum) {}
 }

@@ -12,7 +12,7 @@
 //!   [`vcm`] and [`ppm`], which merge vertices with [`photons`], [`metropolis`], which takes samples of `path` and `bdpt` along
 //!   Markov chains, [`radiosity`], which looks up light on elements, [`composite`], which leaves each order to one of the others, and
 //!   [`exact`], which is the truth where that is known; with what they share: [`start`], [`vertex`], [`walk`], [`connect`],
-//!   [`next_event`], [`subsurface`], [`roulette`];
+//!   [`next_event`], [`subsurface`], [`roulette`], [`efficiency`];
 //! - [`block`]: how work is cut into pieces; [`film`] and [`splats`]: one block's sums, and the film they are reduced into, in an
 //!   order that no thread can change;
 //! - [`parts`]: what an image is taken apart into besides orders; [`lpe`]: light-path expressions; [`trail`]: the classes of a path;
@@ -29,6 +29,7 @@ pub mod composite;
 pub mod connect;
 pub mod contribution;
 pub mod direct;
+pub mod efficiency;
 pub mod exact;
 pub mod film;
 pub mod fireflies;
@@ -48,6 +49,7 @@ pub mod ppm;
 pub mod radiosity;
 pub mod render;
 pub mod request;
+mod reservoir;
 pub mod roulette;
 mod sampled;
 pub mod scratch;

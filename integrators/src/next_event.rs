@@ -1,11 +1,13 @@
 //! Next-event estimation: a point on an emitter, chosen as seen from a point of the scene.
 
+use crate::reservoir::Reservoir;
 use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
-use sampling::sampler::{Purpose, Sampler};
+use sampling::sampler::{Purpose, Sampler, Subpath};
 use sampling::{Vec2, Vec3};
 use scenes::{EmitterId, Endpoint, Interaction, Ray, Scene, SurfacePoint};
 use serde::{Deserialize, Serialize};
+use std::num::NonZeroU16;
 
 /// Which techniques find the emitters that light a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -70,6 +72,52 @@ pub fn sample_next_event(scene: &Scene, from: &SurfacePoint, sampler: &mut Sampl
     let li = scene.sample_li(emitter, from.p, u)?;
     let pdf = li.pdf * pmf;
     Some(NextEvent { emitter, endpoint: li.endpoint, wi: li.wi, radiance: li.li / pdf, pdf, delta: li.delta })
+}
+
+/// Numbers of vertices from here on are those of a sample's further light subpaths, and of further candidates, to the sampler.
+pub(crate) const FURTHER: u32 = 1 << 16;
+
+/// Emitter points of which one is connected to a camera subpath's vertex: importance resampling `[Talbot05]`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Candidates {
+    /// The vertex's number.
+    pub vertex: u32,
+    /// How many there are.
+    pub count: NonZeroU16,
+}
+
+impl Candidates {
+    /// The one that was sampled, or one of several, chosen in proportion to what they would contribute unshadowed, and its contribution
+    /// over the number of times that it is expected among as many points of its density: whatever weight depends on the path
+    /// alone leaves the mean right. `contribution` may say more of a point. The sampler stands at the vertex again.
+    #[inline]
+    pub fn choose<T>(
+        self,
+        scene: &Scene,
+        from: &SurfacePoint,
+        sampler: &mut Sampler,
+        mut contribution: impl FnMut(&NextEvent) -> (Spectrum, T),
+    ) -> Option<(NextEvent, Spectrum, T)> {
+        let mut candidate = |sampler: &mut Sampler| {
+            let event = sample_next_event(scene, from, sampler)?;
+            let (value, more) = contribution(&event);
+            Some((event, value, more))
+        };
+        if self.count == NonZeroU16::MIN {
+            return candidate(sampler);
+        }
+        let mut reservoir = Reservoir::new(sampler.get_1d(Purpose::NextEventChoice));
+        for number in 0..self.count.get() {
+            sampler.start_vertex(Subpath::Camera, self.vertex + u32::from(number) * FURTHER);
+            if let Some(candidate) = candidate(sampler) {
+                let size = candidate.1.luminance();
+                reservoir.offer(candidate, size);
+            }
+        }
+        sampler.start_vertex(Subpath::Camera, self.vertex);
+        let ((event, value, more), inverse) = reservoir.take()?;
+        Some((event, value * (inverse / f32::from(self.count.get())), more))
+    }
 }
 
 /// Density [1/sr] with which [`sample_next_event`] from a point gives the emitting surface point that a ray along `wi` hit.

@@ -6,12 +6,14 @@
 //! At the boundary of a body a walk is reflected, or goes on from where light came in; that is one scattering.
 
 use crate::contribution::{Contribution, PathView, Sink, Technique};
+use crate::efficiency::Efficiency;
 use crate::guide::{Guide, Unguided};
 use crate::lpe::Classifier;
-use crate::method::{Estimator, Pixel};
-use crate::next_event::{Scattered, Strategy, pdf_next_event, pdf_next_event_environment, sample_next_event, weight2};
+use crate::measurement::Counters;
+use crate::method::{Estimator, Pixel, Replicate};
+use crate::next_event::{Candidates, Scattered, Strategy, pdf_next_event, pdf_next_event_environment, weight2};
 use crate::request::Request;
-use crate::roulette::Roulette;
+use crate::roulette::{CameraRoulette, compensated};
 use crate::scratch::Scratch;
 use crate::start::{CameraStart, start_camera};
 use crate::subsurface::enter;
@@ -27,6 +29,8 @@ use sampling::sampler::{Purpose, Sampler, Subpath};
 use sampling::subsurface::Subsurface;
 use scenes::{EmitterId, Interaction, Needs, Ray, Scene, SurfacePoint};
 use serde::{Deserialize, Serialize};
+use std::num::NonZeroU16;
+use std::sync::Arc;
 
 /// A path tracer's settings.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -38,15 +42,20 @@ pub struct Path {
     /// How the two techniques are weighted.
     pub mis: Heuristic,
     /// How walks end.
-    pub roulette: Roulette,
+    pub roulette: CameraRoulette,
     /// The number of scatterings from which roulette is played.
     pub roulette_start: usize,
+    /// Emitter points from which next-event estimation chooses one, in proportion to what they would contribute unshadowed.
+    pub next_event_candidates: NonZeroU16,
     /// The lobes by which walks go on; no setting, but what makes this one of the [`classics`](crate::classics).
     #[serde(skip)]
     pub followed: Lobes,
     /// Whether what stands between a point and an emitter's sampled point blocks it; no setting, as before.
     #[serde(skip)]
     pub shadows: bool,
+    /// What roulette by efficiency goes by; no setting, but found by a pilot.
+    #[serde(skip)]
+    pub efficiency: Option<Arc<Efficiency>>,
 }
 
 impl Default for Path {
@@ -54,10 +63,12 @@ impl Default for Path {
         Self {
             strategy: Strategy::Mis,
             mis: Heuristic::POWER,
-            roulette: Roulette::Throughput,
+            roulette: CameraRoulette::Throughput,
             roulette_start: 3,
+            next_event_candidates: NonZeroU16::MIN,
             followed: Lobes::ALL,
             shadows: true,
+            efficiency: None,
         }
     }
 }
@@ -102,7 +113,7 @@ impl Estimator for Path {
     }
 
     fn unsupported_request(&self, request: &Request) -> Option<String> {
-        let endless = request.tail() && self.roulette == Roulette::None;
+        let endless = request.tail() && self.roulette == CameraRoulette::None;
         endless.then(|| {
             "without roulette its walks have no end beyond max_order; set roulette=throughput or leave out the tail"
                 .into()
@@ -128,6 +139,16 @@ impl Estimator for Path {
 
     fn splats(&self) -> bool {
         false
+    }
+
+    fn prepare(&self, scene: &Scene, request: &Request, replicate: &Replicate) -> Option<Self> {
+        let learned = || Efficiency::learn(self, scene, request, replicate);
+        let needed = self.roulette == CameraRoulette::Efficiency;
+        needed.then(|| Self { efficiency: Some(Arc::new(learned())), ..self.clone() })
+    }
+
+    fn pilot(&self) -> Counters {
+        self.efficiency.as_ref().map_or(Counters::default(), |efficiency| efficiency.work)
     }
 
     fn estimate<S: Sink>(
@@ -303,7 +324,7 @@ impl<G: Guide, S: Sink> Walk<'_, G, S> {
         self.next_event(&entrance.point, |wi| entrance.eval(wi), None, sampler, scratch);
         scratch.counters.bsdf_samples += 1;
         let (wi, weight, pdf) = entrance.sample(sampler.get_2d(Purpose::Direction))?;
-        self.advance(Spectrum::splat(weight), sampler)?;
+        self.advance(Spectrum::splat(weight), (entrance.point.p, wi), sampler)?;
         self.last = (self.settings.strategy != Strategy::Bsdf).then_some(Scattering { at: entrance.point, pdf });
         if S::WANTS.vertices {
             self.leave(pdf, false, scratch);
@@ -325,10 +346,13 @@ impl<G: Guide, S: Sink> Walk<'_, G, S> {
         if self.settings.strategy == Strategy::Bsdf || !self.request.wants(self.order + 1) {
             return;
         }
-        let Some(event) = sample_next_event(self.scene, from, sampler) else { return };
-        scratch.counters.connections += 1;
-        let Scattered { f, cos, pdf } = scattered(event.wi);
-        let value = self.beta * f * event.radiance * cos;
+        let candidates = Candidates { vertex: self.order as u32 + 1, count: self.settings.next_event_candidates };
+        let chosen = candidates.choose(self.scene, from, sampler, |event| {
+            scratch.counters.connections += 1;
+            let Scattered { f, cos, pdf } = scattered(event.wi);
+            (self.beta * f * event.radiance * cos, pdf)
+        });
+        let Some((event, value, pdf)) = chosen else { return };
         if value.is_zero() {
             return;
         }
@@ -365,7 +389,7 @@ impl<G: Guide, S: Sink> Walk<'_, G, S> {
         if !sample.lobe.intersects(self.settings.followed) {
             return None;
         }
-        self.advance(sample.weight, sampler)?;
+        self.advance(sample.weight, (hit.point.p, sample.wi), sampler)?;
         let also_next_event = self.settings.strategy != Strategy::Bsdf && !sample.lobe.is_delta();
         self.last = also_next_event.then_some(Scattering { at: hit.point, pdf: sample.pdf });
         if S::WANTS.vertices {
@@ -379,16 +403,24 @@ impl<G: Guide, S: Sink> Walk<'_, G, S> {
         Some(hit.point.spawn(sample.wi))
     }
 
-    /// Counts a scattering of this weight, and plays roulette; `None` where the walk ends.
+    /// Counts a scattering of this weight, at a point into a direction, and plays roulette; `None` where the walk ends.
     #[inline]
-    fn advance(&mut self, weight: Spectrum, sampler: &mut Sampler) -> Option<()> {
+    fn advance(&mut self, weight: Spectrum, (p, wi): (Vec3, Vec3), sampler: &mut Sampler) -> Option<()> {
         self.beta *= weight;
         if self.beta.is_zero() {
             return None;
         }
         self.order += 1;
-        let Path { roulette, roulette_start, .. } = *self.settings;
-        self.beta *= roulette.survive(self.beta, self.order, roulette_start, || sampler.get_1d(Purpose::Roulette))?;
+        let Path { roulette, roulette_start, efficiency, .. } = self.settings;
+        let mut u = || sampler.get_1d(Purpose::Roulette);
+        self.beta *= match efficiency.as_deref() {
+            Some(efficiency) if self.order >= *roulette_start => {
+                compensated(efficiency.survival(self.beta, p, wi), u())?
+            }
+            Some(_) => 1.0,
+            None => roulette.by_throughput().survive(self.beta, self.order, *roulette_start, u)?,
+        };
+        self.out.goes_on(p, wi, self.beta);
         Some(())
     }
 

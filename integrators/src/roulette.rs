@@ -32,8 +32,45 @@ impl Roulette {
         if self == Roulette::None || scatterings < start {
             return Some(1.0);
         }
-        let survival = throughput.max_component().min(MAX_SURVIVAL);
-        (u() < survival).then(|| fault!("roulette_not_compensated", 1.0 / survival, 1.0))
+        compensated(throughput.max_component().min(MAX_SURVIVAL), u())
+    }
+}
+
+/// The factor by which the throughput of a walk grows that survives with this probability; `None` where it ends.
+#[inline]
+pub fn compensated(survival: f32, u: f32) -> Option<f32> {
+    (u < survival).then(|| fault!("roulette_not_compensated", 1.0 / survival, 1.0))
+}
+
+/// Roulette of walks from the camera alone, whose weights know nothing of its probabilities.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CameraRoulette {
+    /// Walks end at the last order asked for.
+    None,
+    /// From a few scatterings on, survival by the walk's throughput.
+    Throughput,
+    /// From a few scatterings on, survival by what the walk may still find and what that costs, as a [pilot](crate::efficiency) finds.
+    Efficiency,
+}
+
+impl CameraRoulette {
+    /// What it does by throughput: all that it does, or all before a pilot has found anything.
+    #[inline]
+    pub fn by_throughput(self) -> Roulette {
+        match self {
+            Self::None => Roulette::None,
+            Self::Throughput | Self::Efficiency => Roulette::Throughput,
+        }
+    }
+}
+
+impl From<Roulette> for CameraRoulette {
+    fn from(roulette: Roulette) -> Self {
+        match roulette {
+            Roulette::None => Self::None,
+            Roulette::Throughput => Self::Throughput,
+        }
     }
 }
 

@@ -144,6 +144,8 @@
 //!   aluminum*, Applied Optics 34, 1995.
 //! - `[Rakic98]` A. D. Rakić et al.: *Optical properties of metallic films for vertical-cavity optoelectronic devices*,
 //!   Applied Optics 37, 1998.
+//! - `[Rath22]` A. Rath, P. Grittmann, S. Herholz, P. Weier, P. Slusallek: *EARS: efficiency-aware Russian roulette and splitting*, ACM
+//!   Transactions on Graphics 41(4), 2022.
 //! - `[Richardson1911]` L. F. Richardson: *The approximate arithmetical solution by finite differences of physical problems*,
 //!   Philosophical Transactions of the Royal Society A 210, 1911.
 //! - `[Rusinkiewicz98]` S. M. Rusinkiewicz: *A new change of variables for efficient BRDF representation*, EGSR 1998.
@@ -155,12 +157,15 @@
 //! - `[Steele14]` G. L. Steele, D. Lea, C. H. Flood: *Fast splittable pseudorandom number generators*, OOPSLA 2014.
 //! - `[Stokes1862]` G. G. Stokes: *On the intensity of the light reflected from or transmitted through a pile of plates*,
 //!   Proceedings of the Royal Society 11, 1862.
+//! - `[Talbot05]` J. Talbot, D. Cline, P. Egbert: *Importance resampling for global illumination*, EGSR 2005.
 //! - `[Teschner03]` M. Teschner et al.: *Optimized spatial hashing for collision detection of deformable objects*, VMV 2003.
 //! - `[Thompson68]` K. Thompson: *Regular expression search algorithm*, Communications of the ACM 11(6), 1968.
 //! - `[Torrance67]` K. E. Torrance, E. M. Sparrow: *Theory for off-specular reflection from roughened surfaces*,
 //!   JOSA 57(9), 1967.
 //! - `[Trowbridge75]` T. S. Trowbridge, K. P. Reitz: *Average irregularity representation of a rough surface for ray
 //!   reflection*, JOSA 65(5), 1975.
+//! - `[Urena13]` C. Ureña, M. Fajardo, A. King: *An area-preserving parametrization for spherical rectangles*, Computer Graphics
+//!   Forum 32(4), 2013.
 //! - `[Veach97]` E. Veach: *Robust Monte Carlo methods for light transport simulation*, PhD thesis, Stanford, 1997.
 //! - `[Vegdahl21]` N. Vegdahl: *Building a better LK hash*, psychopath.io, 2021.
 //! - `[Vose91]` M. D. Vose: *A linear algorithm for generating random numbers with a given distribution*,

@@ -3,6 +3,10 @@
 //! Hemispheres are about +z. All discs come from the concentric map, and caps of spheres from discs, so that strata of
 //! the unit square stay compact.
 
+mod rectangle;
+
+pub use rectangle::SphericalRectangle;
+
 use crate::math::elementary::{exp_m1, ln_1p};
 use glam::{Vec2, Vec3, vec2, vec3};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, TAU};

@@ -1,13 +1,13 @@
 //! The connections between a camera subpath and light subpaths.
 
-use super::reservoir::Reservoir;
-use super::{Bdpt, Connections, FURTHER};
+use super::{Bdpt, Connections};
 use crate::connect::{EmitterEnd, Strategies, direction};
 use crate::contribution::{Contribution, PathView, Sink, Technique};
 use crate::lpe::Classifier;
 use crate::measurement::Counters;
-use crate::next_event::{NextEvent, camera_response, sample_next_event};
+use crate::next_event::{Candidates, FURTHER, NextEvent, camera_response, sample_next_event};
 use crate::request::Request;
+use crate::reservoir::Reservoir;
 use crate::scratch::LightPath;
 use crate::trail::{self, Bounce, Trail, Trails};
 use crate::vertex::{PathVertex, Site};
@@ -156,7 +156,6 @@ impl<'a, S: Sink> Join<'a, S> {
         let y = PathVertex::of_emitter(event.emitter, event.endpoint);
         let next_event = if event.delta { event.pdf as f64 } else { y.density(event.pdf, z.at.p) };
         let ray = event.shadow_ray(&z.at);
-        sampler.start_vertex(Subpath::Camera, t as u32 - 1);
         self.connect(
             Connection { raster: self.raster, first: 0, light: &[y], camera, next_event, value, ray },
             sampler,
@@ -167,26 +166,14 @@ impl<'a, S: Sink> Join<'a, S> {
     fn sample_next_event(&mut self, t: usize, sampler: &mut Sampler) -> Option<(NextEvent, Spectrum)> {
         let z = &self.camera[t - 1];
         let Site::Surface(interaction) = &z.site else { return None };
-        let mut candidate = |number: u16, sampler: &mut Sampler| {
-            sampler.start_vertex(Subpath::Camera, t as u32 - 1 + u32::from(number) * FURTHER);
-            let event = sample_next_event(self.scene, &z.at, sampler)?;
+        sampler.start_vertex(Subpath::Camera, t as u32 - 1);
+        let candidates = Candidates { vertex: t as u32 - 1, count: self.settings.next_event_candidates };
+        let chosen = candidates.choose(self.scene, &z.at, sampler, |event| {
             self.counters.connections += 1;
             let f = interaction.eval(z.wo, event.wi, TransportMode::Radiance);
-            Some((event, z.beta * f * event.radiance * event.wi.dot(interaction.ns()).abs()))
-        };
-        let count = self.settings.next_event_candidates.get();
-        if count == 1 {
-            return candidate(0, sampler);
-        }
-        sampler.start_vertex(Subpath::Camera, t as u32 - 1);
-        let mut reservoir = Reservoir::new(sampler.get_1d(Purpose::NextEventChoice));
-        for number in 0..count {
-            if let Some((event, value)) = candidate(number, sampler) {
-                reservoir.offer((event, value), value.luminance());
-            }
-        }
-        let ((event, value), inverse) = reservoir.take()?;
-        Some((event, value * (inverse / f32::from(count))))
+            (z.beta * f * event.radiance * event.wi.dot(interaction.ns()).abs(), ())
+        });
+        chosen.map(|(event, value, ())| (event, value))
     }
 
     /// `(1, 1)`: an emitter's point as seen from the camera, splatted.

@@ -69,14 +69,14 @@ pub struct Guided {
 
 impl Default for Guided {
     fn default() -> Self {
-        let Path { mis, roulette, roulette_start, .. } = Path::default();
-        Self { training: Training(0.25), mis, roulette, roulette_start, learned: None }
+        let Path { mis, roulette_start, .. } = Path::default();
+        Self { training: Training(0.25), mis, roulette: Roulette::Throughput, roulette_start, learned: None }
     }
 }
 
 impl Guided {
     fn path(&self) -> Path {
-        Path { mis: self.mis, roulette: self.roulette, roulette_start: self.roulette_start, ..Path::default() }
+        Path { mis: self.mis, roulette: self.roulette.into(), roulette_start: self.roulette_start, ..Path::default() }
     }
 }
 

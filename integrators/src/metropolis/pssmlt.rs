@@ -43,7 +43,7 @@ impl Explored for Pssmlt {
     const INSTEAD: &'static str = "light or bdpt";
 
     fn base(&self) -> Path {
-        Path { roulette: self.roulette, ..Path::default() }
+        Path { roulette: self.roulette.into(), ..Path::default() }
     }
 
     fn steps(&self) -> (LargeSteps, SmallStep, Bootstrap) {

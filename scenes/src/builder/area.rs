@@ -4,7 +4,7 @@ use super::parts::{Parts, Placed};
 use super::varying::spread;
 use crate::emitter::{AreaChart, AreaEmitter, AreaShape, Emission};
 use crate::error::SceneError;
-use crate::shape::{Analytic, Triangle};
+use crate::shape::{Analytic, Rectangle, Triangle};
 use crate::surface::Attributes;
 use crate::texture::{SurfaceCoordinates, Texture};
 use sampling::Vec3;
@@ -72,7 +72,10 @@ impl Parts {
                 Analytic::Disk(disk) => AreaShape::Disk(disk.clone()),
                 Analytic::Cylinder(cylinder) => AreaShape::Cylinder(cylinder.clone()),
             },
-            Placed::Quad { quad, .. } => AreaShape::Quad(*quad),
+            Placed::Quad { quad, .. } => match Rectangle::new(quad) {
+                Some(rectangle) => AreaShape::Rectangle(Box::new(rectangle)),
+                None => AreaShape::Quad(*quad),
+            },
             Placed::Mesh(range) => self.emitting_mesh(range.clone()),
         }
     }

@@ -2,12 +2,13 @@
 
 use super::{Endpoint, EndpointKind, LeSample, LiSample};
 use crate::ray::SurfacePoint;
-use crate::shape::{Cylinder, Disk, Parallelogram, Sphere, Triangle};
+use crate::shape::{Cylinder, Disk, Parallelogram, Rectangle, Sphere, Triangle};
 use crate::surface::{Attributes, Chart};
 use crate::texture::{SurfaceCoordinates, Texture};
 use glam::Vec2Swizzles;
 use sampling::fault;
 use sampling::math::{Frame, Spectrum};
+use sampling::warp::SphericalRectangle;
 use sampling::{Vec2, Vec3, measure, vec2, warp};
 use std::f64::consts::PI;
 
@@ -25,6 +26,8 @@ pub struct Emission {
 pub enum AreaShape {
     /// A parallelogram.
     Quad(Parallelogram),
+    /// A parallelogram whose angles are right.
+    Rectangle(Box<Rectangle>),
     /// A sphere.
     Sphere(Sphere),
     /// A disk.
@@ -136,6 +139,7 @@ impl AreaEmitter {
     fn sample_area(&self, u: Vec2) -> Sampled {
         match &self.shape {
             AreaShape::Quad(quad) => Sampled::whole(quad.sample(u), u),
+            AreaShape::Rectangle(rectangle) => Sampled::whole(rectangle.quad.sample(u), u),
             AreaShape::Sphere(sphere) => Sampled::whole(sphere.sample_area(u).at, u),
             AreaShape::Disk(disk) => Sampled::whole(disk.sample(u), u),
             AreaShape::Cylinder(cylinder) => Sampled::whole(cylinder.sample(u), u),
@@ -161,6 +165,13 @@ impl AreaEmitter {
         }
     }
 
+    /// A rectangle near the point to be lit is sampled by the solid angle that it fills there.
+    #[inline]
+    fn near_rectangle(&self, p_ref: Vec3) -> Option<(&Rectangle, SphericalRectangle)> {
+        let AreaShape::Rectangle(rectangle) = &self.shape else { return None };
+        Some((rectangle, rectangle.seen_from(p_ref)?))
+    }
+
     /// A point of the surface for a point to be lit; None if that point is on a side that is dark.
     #[inline]
     pub fn sample_li(&self, p_ref: Vec3, u: Vec2) -> Option<LiSample> {
@@ -174,7 +185,14 @@ impl AreaEmitter {
                 delta: false,
             });
         }
-        let sampled = self.sample_area(u);
+        let near = self.near_rectangle(p_ref);
+        let sampled = match &near {
+            Some((rectangle, seen)) => {
+                let b = seen.sample(u);
+                Sampled::whole(rectangle.quad.sample(b), b)
+            }
+            None => self.sample_area(u),
+        };
         let at = sampled.at;
         let to_emitter = at.p - p_ref;
         let distance = to_emitter.length();
@@ -189,7 +207,7 @@ impl AreaEmitter {
             wi,
             distance,
             li: self.emitted(&sampled),
-            pdf: measure::area_to_solid_angle(1.0 / self.area, p_ref, at.p, at.ng),
+            pdf: self.pdf_towards(p_ref, &at, near.map(|(_, seen)| seen)),
             delta: false,
         })
     }
@@ -205,8 +223,17 @@ impl AreaEmitter {
         if let Some(pdf) = self.cone_sphere().and_then(|sphere| sphere.pdf_cone(p_ref)) {
             return pdf;
         }
-        let pdf = measure::area_to_solid_angle(1.0 / self.area, p_ref, at.p, at.ng);
+        let pdf = self.pdf_towards(p_ref, at, self.near_rectangle(p_ref).map(|(_, seen)| seen));
         fault!("area_density_not_converted", pdf, 1.0 / self.area)
+    }
+
+    /// The density [1/sr] of a point of what is sampled by area, or as a rectangle that is near.
+    #[inline]
+    fn pdf_towards(&self, p_ref: Vec3, at: &SurfacePoint, near: Option<SphericalRectangle>) -> f32 {
+        match near {
+            Some(seen) => seen.pdf(),
+            None => measure::area_to_solid_angle(1.0 / self.area, p_ref, at.p, at.ng),
+        }
     }
 
     /// A position uniform over the area and a direction in proportion to the cosine; both sides alike if two-sided.

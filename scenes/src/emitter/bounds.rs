@@ -66,6 +66,9 @@ impl Bounds {
             Emitter::Area(area) => {
                 let (points, normals) = match &area.shape {
                     AreaShape::Quad(quad) => (quad.corners.to_vec(), quad.normals.to_vec()),
+                    AreaShape::Rectangle(rectangle) => {
+                        (rectangle.quad.corners.to_vec(), rectangle.quad.normals.to_vec())
+                    }
                     AreaShape::Sphere(sphere) => (ends(&Analytic::Sphere(*sphere)), vec![]),
                     AreaShape::Disk(disk) => (ends(&Analytic::Disk(disk.clone())), vec![disk.sample(Vec2::ZERO).ng]),
                     AreaShape::Cylinder(cylinder) => (ends(&Analytic::Cylinder(cylinder.clone())), vec![]),

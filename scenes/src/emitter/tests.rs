@@ -61,8 +61,17 @@ fn emitters() -> Vec<(&'static str, Scene)> {
         values: [Spectrum::splat(0.5), Spectrum::splat(3.0)],
         map: UvMap { scale: vec2(2.0, 3.0), offset: vec2(0.1, 0.2) },
     };
-    let cases: [(&str, Add, Texture, bool); 14] = [
+    let rectangle: Add = |b, m| b.quad(dvec3(-0.4, 0.3, 0.9), dvec3(0.0, 0.6, 0.8), dvec3(0.7, 0.0, 0.0), m);
+    let mirrored_rectangle: Add = |b, m| {
+        let shape = b.quad(dvec3(-0.4, 0.3, -0.9), dvec3(0.7, 0.0, 0.0), dvec3(0.0, 0.6, -0.8), m);
+        b.transform(shape, DAffine3::from_scale(dvec3(1.0, 1.0, -1.0)));
+        shape
+    };
+    let cases: [(&str, Add, Texture, bool); 17] = [
         ("quad", quad, 3.0.into(), false),
+        ("rectangle", rectangle, ramp.clone(), false),
+        ("two-sided rectangle", rectangle, 3.0.into(), true),
+        ("checkered mirrored rectangle", mirrored_rectangle, board.clone(), true),
         ("two-sided quad", quad, ramp.clone(), true),
         ("sphere", sphere, ramp.clone(), false),
         ("two-sided sphere", sphere, 3.0.into(), true),
@@ -199,9 +208,17 @@ fn the_density_of_a_connection_is_the_one_it_was_sampled_with() {
 fn directions_that_meet_an_emitter_have_densities_that_integrate_to_one() {
     // Only where all of the emitter is seen from the point and faces it.
     for (name, scene) in emitters() {
-        if !["quad", "two-sided quad", "sphere", "two-sided sphere", "checkered ellipse", "checkered mirrored quad"]
-            .contains(&name)
-        {
+        let whole = [
+            "quad",
+            "two-sided quad",
+            "two-sided rectangle",
+            "checkered mirrored rectangle",
+            "sphere",
+            "two-sided sphere",
+            "checkered ellipse",
+            "checkered mirrored quad",
+        ];
+        if !whole.contains(&name) {
             continue;
         }
         let p = vec3(0.3, -0.2, -0.3);

@@ -4,6 +4,7 @@ mod analytic;
 mod cylinder;
 mod disk;
 mod mesh;
+mod rectangle;
 mod sphere;
 mod triangle;
 
@@ -12,6 +13,7 @@ pub use cylinder::Cylinder;
 pub use disk::Disk;
 pub use mesh::MeshData;
 pub(crate) use mesh::{BakedMesh, bake_mesh};
+pub use rectangle::Rectangle;
 pub use sphere::Sphere;
 pub use triangle::{Parallelogram, Triangle};
 
