@@ -1,7 +1,7 @@
 //! `neumann bench`: how fast rays are followed and samples taken, and what that depends on; and whether any ray gets through where
 //! it should not.
 //!
-//! [`turns`] measures renders in turn, by [`clock`]; [`measured`] makes what is asked for of the command line; the other modules are the
+//! `turns` measures renders in turn, by `clock`; `measured` makes what is asked for of the command line; the other modules are the
 //! benches.
 
 mod clock;
