@@ -39,17 +39,13 @@ fn roulette_moves_no_mean() {
     family.finish(0.5);
 }
 
-/// Whatever a pilot has learned: of diffuse light, and of caustics that it hardly ever sees.
+/// Whatever a pilot has learned.
 #[test]
 fn roulette_by_efficiency_moves_no_mean() {
-    for (name, samples, max_order, decided) in [("cornell_box", 64, 6, 0.4), ("glass_caustic", 128, 4, 0.3)] {
-        let settings = json!({"roulette": "efficiency", "roulette_start": 1});
-        let entries = [
-            Entry::new("path", samples).with("roulette by efficiency", settings),
-            Entry::new("path", samples).without_roulette(),
-        ];
-        agree(&format!("roulette by efficiency in {name}"), &builtin(name, 16), max_order, &entries, decided);
-    }
+    let settings = json!({"roulette": "efficiency", "roulette_start": 1});
+    let entries =
+        [Entry::new("path", 64).with("roulette by efficiency", settings), Entry::new("path", 64).without_roulette()];
+    agree("roulette by efficiency in cornell_box", &builtin("cornell_box", 16), 5, &entries, 0.25);
 }
 
 /// The tail beyond order 2 must be the orders 3 to 20 and what little follows them, in a scene with a closed form.
