@@ -97,10 +97,13 @@ impl<'a> Retracing<'a> {
 
     /// Begins a replicate.
     fn begin(&self, number: u32) -> Box<dyn Pass + '_> {
+        self.method.begin(self.scene, &self.request, self.replicate(number))
+    }
+
+    fn replicate(&self, number: u32) -> Replicate {
         let RenderSettings { seed, instance, role, sampler, samples_per_replicate, .. } = self.settings;
         let key = StreamKey::new(*seed, instance, *role, number);
-        let replicate = Replicate { number, key, sampler: *sampler, samples: *samples_per_replicate };
-        self.method.begin(self.scene, &self.request, replicate)
+        Replicate { number, key, sampler: *sampler, samples: *samples_per_replicate }
     }
 
     fn sample_of(&self, pass: &mut dyn Pass, place: Place) -> Result<Vec<Shown>, Error> {
@@ -159,7 +162,7 @@ impl<'a> Retracing<'a> {
                 "--pixel {x},{y}: the image has {width}x{height} pixels, counted from 0"
             )));
         }
-        let samples = self.settings.samples_per_replicate;
+        let samples = self.method.most_samples(self.scene, &self.request, self.replicate(place.replicate));
         if place.sample >= samples {
             let last = samples - 1;
             return Err(Error::usage(format!(

@@ -160,6 +160,12 @@ impl Integrator for Composite {
         self.parts.iter().map(|part| part.request(request)).collect()
     }
 
+    fn most_samples(&self, scene: &Scene, request: &Request, replicate: Replicate) -> u32 {
+        let size = (scene.camera.width(), scene.camera.height());
+        let at_work = self.at_work(request.runs(), replicate, size);
+        at_work.iter().map(|run| run.replicate.samples).max().unwrap_or(replicate.samples)
+    }
+
     fn begin<'a>(&'a self, scene: &'a Scene, request: &'a Request, replicate: Replicate) -> Box<dyn Pass + 'a> {
         let size = (scene.camera.width(), scene.camera.height());
         let begin = |run: AtWork<'a>| RunPass { pass: run.method.begin(scene, run.request, run.replicate), run };

@@ -214,6 +214,11 @@ pub trait Integrator: Send + Sync {
         0
     }
 
+    /// The most samples that a pixel has of a replicate.
+    fn most_samples(&self, _scene: &Scene, _request: &Request, replicate: Replicate) -> u32 {
+        replicate.samples
+    }
+
     /// What each of its runs is asked for, where it is [made of other methods](crate::composite).
     fn runs(&self, _request: &Request) -> Vec<Request> {
         Vec::new()

@@ -153,6 +153,10 @@ fn one_run_of_all_orders_has_the_efficiency_of_its_method_and_its_fireflies() {
     let mut shown = 0;
     assert!(method.begin(&scene, &request, replicate).replay((3, 4), 2, &mut |c| shown += c.technique.order()));
     assert!(shown > 0);
+    assert_eq!(method.most_samples(&scene, &request, replicate), 4);
+    // A region of three times the other's weight has 6 of an average of 4.
+    let divided = json!([{"method": "path", "orders": "0-3", "share": 1.0, "regions": [[1, 3]]}]);
+    assert_eq!(composite(divided).unwrap().most_samples(&scene, &request, replicate), 6);
 }
 
 #[test]
