@@ -129,7 +129,7 @@ fn methods_agree_through_a_shifted_window() {
     let pinhole = Projection::Pinhole { fov: 50.0 };
     let settings = turned(looking(dvec3(0.0, -0.1, 2.2), dvec3(0.0, 0.0, -1.0), pinhole, (16, 16)));
     let scene = built(furnished("shifted window"), CameraSettings { shift: dvec2(0.3, -0.2), ..settings });
-    agree("shifted window", &scene, 4, &entries(64), 0.7);
+    agree("shifted window", &scene, 4, &entries(96), 0.7);
 }
 
 /// A ball on a floor under a uniform sky, part of which is in view: where light comes from no place, and cameras look to none.

@@ -52,7 +52,7 @@ pub fn classes(scene: &Scene, order: usize, expressions: &[String]) -> Vec<Vec<E
     let mut render = Render::of_request(scene, method.as_ref(), settings, window, request.clone()).unwrap();
     let regions = regions(scene);
     let mut values = vec![vec![Vec::new(); regions.len()]; expressions.len()];
-    for _ in 0..64 {
+    for _ in 0..144 {
         render.run_replicate(&|_| {});
         for (i, of_class) in values.iter_mut().enumerate() {
             let layer = request.layers().len()
