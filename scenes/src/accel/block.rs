@@ -13,6 +13,9 @@ pub(super) const PAIRS: usize = WIDTH / 2;
 /// Number of triangles in a block. Lane `l` below [`PAIRS`] is the first triangle of pair `l`, above it the second.
 pub(super) const LANES: usize = WIDTH;
 
+/// Triangles have numbers below two to this.
+const NUMBER_BITS: u32 = 30;
+const NUMBER: u32 = (1 << NUMBER_BITS) - 1;
 /// A triangle's plane is seen at a grazing angle where the square of its sine is below this.
 const GRAZING: f64 = 1e-8;
 /// How far the direction's part along a unit normal may be off, relative to its largest coordinate.
@@ -32,10 +35,8 @@ pub(super) struct Block {
     axes: [[f32; 4 * PAIRS]; 3],
     /// The unit normals of the triangles, axis by axis; zero where there is no area.
     normals: [[f32; LANES]; 3],
-    /// The triangle of each lane, `u32::MAX` for none.
+    /// The triangle of each lane, `u32::MAX` for none; above [`NUMBER_BITS`] by how much its corners are rotated against its vertices as given.
     ids: [u32; LANES],
-    /// For each lane, by how much its triangle's corners are rotated against the vertices of the triangle as given.
-    rotations: [u8; LANES],
 }
 
 /// The lanes of a block whose triangle a query's line meets, but for those that it meets outside the interval for certain.
@@ -101,12 +102,7 @@ impl Block {
     /// A block of at most four pairs. Lanes that stay free are NaN and never hit.
     pub fn new(pairs: &[Pair]) -> Self {
         debug_assert!(pairs.len() <= PAIRS);
-        let mut block = Block {
-            axes: [[f32::NAN; 4 * PAIRS]; 3],
-            normals: [[0.0; LANES]; 3],
-            ids: [u32::MAX; LANES],
-            rotations: [0; LANES],
-        };
+        let mut block = Block { axes: [[f32::NAN; 4 * PAIRS]; 3], normals: [[0.0; LANES]; 3], ids: [u32::MAX; LANES] };
         for (index, pair) in pairs.iter().enumerate() {
             for (corner, p) in pair.corners.iter().enumerate() {
                 for (axis, coordinate) in p.to_array().into_iter().enumerate() {
@@ -114,8 +110,11 @@ impl Block {
                 }
             }
             for (half, member) in pair.members.iter().enumerate() {
-                block.ids[index + half * PAIRS] = member.id;
-                block.rotations[index + half * PAIRS] = member.rotation;
+                if member.id == u32::MAX {
+                    continue;
+                }
+                debug_assert!(member.id < NUMBER && member.rotation < 3);
+                block.ids[index + half * PAIRS] = member.id | u32::from(member.rotation) << NUMBER_BITS;
                 let [a, b, c] = block.corners(index + half * PAIRS).map(Vec3::as_dvec3);
                 let normal = (b - a).cross(c - a).normalize_or_zero().as_vec3();
                 for (axis, coordinate) in normal.to_array().into_iter().enumerate() {
@@ -129,7 +128,13 @@ impl Block {
     /// The id of a lane's triangle.
     #[inline]
     pub fn id(&self, lane: usize) -> u32 {
-        self.ids[lane % LANES]
+        self.ids[lane % LANES] & NUMBER
+    }
+
+    /// By how much a lane's corners are rotated against its triangle's vertices.
+    #[inline]
+    fn rotation(&self, lane: usize) -> usize {
+        (self.ids[lane % LANES] >> NUMBER_BITS) as usize
     }
 
     /// The corners of a lane's triangle, rotated as they are kept.
@@ -146,9 +151,9 @@ impl Block {
     pub fn triangles(&self) -> impl Iterator<Item = (u32, Triangle)> {
         let lanes = (0..LANES).filter(|&lane| self.ids[lane] != u32::MAX);
         lanes.map(|lane| {
-            let (corners, rotation) = (self.corners(lane), usize::from(self.rotations[lane]));
+            let (corners, rotation) = (self.corners(lane), self.rotation(lane));
             // Vertex v is corner v − rotation.
-            (self.ids[lane], Triangle([0, 1, 2].map(|vertex| corners[(vertex + 3 - rotation) % 3])))
+            (self.id(lane), Triangle([0, 1, 2].map(|vertex| corners[(vertex + 3 - rotation) % 3])))
         })
     }
 
@@ -156,9 +161,8 @@ impl Block {
     #[inline(always)]
     pub fn vertex_weights(&self, lane: usize, [b1, b2]: [f64; 2]) -> Vec2 {
         // Vertex v is corner v − rotation, so that the weights of the vertices 1 and 2 are those of the corners that follow on this.
-        let (weights, rotation) =
-            ([b1 as f32, b2 as f32, (1.0 - b1 - b2) as f32, b1 as f32], self.rotations[lane % LANES]);
-        let first = [0, 2, 1, 0][usize::from(rotation) % 4];
+        let weights = [b1 as f32, b2 as f32, (1.0 - b1 - b2) as f32, b1 as f32];
+        let first = [0, 2, 1, 0][self.rotation(lane) % 4];
         vec2(weights[first], weights[first + 1])
     }
 
