@@ -13,7 +13,7 @@ fn enclosures_of_known_orders() {
         let scene = builtin(name, 8);
         let truth =
             Truth::new(&scene, |hit, ray| (0..=8).map(|k| grey(exact(&scene, k, hit.point.p, ray.d))).collect());
-        let mut family = Family::new(&format!("variance-aware weights in {name}"));
+        let mut family = Family::new(format!("variance-aware weights in {name}"));
         for light_paths in [1, 2] {
             let settings = json!({"mis": "variance_aware", "roulette": "none", "light_paths": light_paths});
             let label = format!("{light_paths} light paths");

@@ -1,10 +1,10 @@
-//! Roulette for the sake of efficiency [Rath22]: a walk goes on as far as what it may find is worth its rays.
+//! Roulette for the sake of efficiency \[Rath22\]: a walk goes on as far as what it may find is worth its rays.
 //!
 //! Survival with probability q divides what a walk of weight β brings home from here by q with that probability. With M its second moment
 //! for β = 1 and C its rays, that adds β² M / q to the variance of a sample, and q C to its cost. If V and R are the variance and the
 //! rays of samples as a whole, the product of both is least at
 //!
-//! `q = β √(M / C) / √(V / R)`  [Rath22, §4].
+//! `q = β √(M / C) / √(V / R)`  \[Rath22, §4\].
 //!
 //! M and C are learned by a pilot, for cells of space and six directions. Whatever it learned, the mean stays what it is.
 //! Departures: walks are ended, but never split; V is the variance of a pixel as it is, not over the square of its mean, since that is

@@ -4,7 +4,7 @@
 //! sum of variances. Where a strategy's mean is large against its standard deviation, its second moment is much more than its
 //! variance: that of a pixel in which the camera's walk always finds the same light, say, or in which thousands of light walks end. Taking
 //! `V[F_s] ≈ E[F_s²] / v_s` with the strategy's own `v_s = E[F_s²] / V[F_s] = 1 + E[F_s]² / V[F_s]`, the sum of variances is smallest for
-//! the balance heuristic on densities `v_s p_s` [Grittmann19, §4].
+//! the balance heuristic on densities `v_s p_s` \[Grittmann19, §4\].
 //!
 //! Moments are those of a pixel by one sample in every pixel, weighted by the balance heuristic; correlations of strategies are left out.
 

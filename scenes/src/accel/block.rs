@@ -241,9 +241,9 @@ impl Block {
         let inverse = slope.recip();
         let mut crossing = Crossing { t: away.dot(normal) * inverse, corner: a, edges, away, direction, inverse };
         // NaN, of a triangle without area, is grazing.
-        let grazing = !(slope * slope > GRAZING * normal.length_squared() * query.length_squared);
-        if on_edge || grazing {
-            crossing.t = self.doubtful_parameter((lane, on_edge, grazing), query.line, crossing.t);
+        let seen = slope * slope > GRAZING * normal.length_squared() * query.length_squared;
+        if on_edge || !seen {
+            crossing.t = self.doubtful_parameter((lane, on_edge, !seen), query.line, crossing.t);
         }
         crossing
     }
