@@ -10,7 +10,7 @@ use crate::states::{self, States, Unit};
 use integrators::state::{Stored, damaged};
 use integrators::statistics::GROUP;
 use integrators::{Layer, Measurement, PartSettings, Render, RenderError, RenderSettings, Request, Window};
-use std::io;
+use std::io::{self, Read};
 
 /// What the images of a method are for, other than checkpoints, references and the like.
 pub const IMAGE: &str = "image";
@@ -193,7 +193,7 @@ impl<'a> Job<'a> {
     ///
     /// # Errors
     /// If the record is of others, or damaged.
-    pub fn take(&mut self, place: &Place, mut bytes: &[u8]) -> io::Result<()> {
+    pub fn take(&mut self, place: &Place, bytes: &mut io::Take<&mut dyn Read>) -> io::Result<()> {
         let is_group = place.gathered > 0;
         let next = place.replicate == self.replicates();
         if !next || is_group && !(self.in_groups && self.replicates() >= ONE_BY_ONE) {
@@ -204,9 +204,9 @@ impl<'a> Job<'a> {
             self.observations.observe_group(&self.render);
             return Ok(());
         }
-        self.render.take_replicate(&mut bytes)?;
+        self.render.take_replicate(bytes)?;
         self.note();
-        if bytes.is_empty() { Ok(()) } else { Err(damaged("it is longer than it should be")) }
+        if bytes.limit() == 0 { Ok(()) } else { Err(damaged("it is longer than it should be")) }
     }
 
     /// Saves its state, unless that is saved already.

@@ -8,6 +8,8 @@ use crate::film::Film;
 use crate::stored;
 use rayon::prelude::*;
 use sampling::fault;
+use std::io::{self, Read};
+use std::ops::Range;
 
 /// Replicates in a group.
 pub const GROUP: u32 = 8;
@@ -70,8 +72,11 @@ impl ImageMoments {
     /// Forgets all replicates.
     pub fn clear(&mut self) {
         self.count = 0;
-        self.mean.fill(0.0);
-        self.m2.fill(0.0);
+        let piece = PIECE * self.layers * 3;
+        self.mean.par_chunks_mut(piece).zip(self.m2.par_chunks_mut(piece)).for_each(|(mean, m2)| {
+            mean.fill(0.0);
+            m2.fill(0.0);
+        });
         self.products.fill([0.0; 3]);
     }
 
@@ -115,39 +120,66 @@ impl ImageMoments {
     /// Adds all replicates of another set \[Chan83\]. Returns what that adds to the products: those of the other set, and those of the
     /// distance between the two means.
     pub fn merge(&mut self, other: &Self) -> Vec<[f64; 3]> {
-        self.merge_numbers(other.count, (&other.mean, &other.m2), &other.products)
+        let mut added = other.products.clone();
+        if other.count > 0 {
+            self.move_means(0, other.count, &other.mean, &mut added);
+            add_numbers(&mut self.m2, &other.m2);
+            self.count_in(other.count, &added);
+        }
+        added
     }
 
-    /// The same for a set of so many replicates whose means and squared deviations may still be bytes.
-    pub fn merge_numbers<N: Number>(
+    /// The same for a set of so many replicates with such products whose means, and then squared deviations, follow as bytes
+    /// (little-endian); few are in memory at once.
+    ///
+    /// # Errors
+    /// If they cannot be read; some of them have been added then.
+    pub fn merge_from(
         &mut self,
         count: u32,
-        (other_mean, other_m2): (&[N], &[N]),
         products: &[[f64; 3]],
-    ) -> Vec<[f64; 3]> {
+        from: &mut dyn Read,
+    ) -> io::Result<Vec<[f64; 3]>> {
         let mut added = products.to_vec();
-        if count == 0 {
-            return added;
-        }
+        let length = self.mean.len();
+        let at_once = 2 * rayon::current_num_threads() * PIECE * self.layers * 3;
+        let mut bytes = vec![0; 8 * at_once.min(length)];
+        let mut read = |first: usize, take: &mut dyn FnMut(usize, &[[u8; 8]])| {
+            let bytes = &mut bytes[..8 * at_once.min(length - first)];
+            from.read_exact(bytes)?;
+            take(first, bytes.as_chunks().0);
+            io::Result::Ok(())
+        };
+        let firsts = || (0..length).step_by(at_once);
+        firsts().try_for_each(|first| {
+            read(first, &mut |first, means| self.move_means(first, count, means, &mut added))
+        })?;
+        firsts().try_for_each(|first| {
+            read(first, &mut |first, m2| add_numbers(&mut self.m2[first..first + m2.len()], m2))
+        })?;
+        self.count_in(count, &added);
+        Ok(added)
+    }
+
+    /// Moves some of the means, from the first pixel of a piece on, to those of both sets, and adds what follows from the distance between
+    /// the two to squared deviations and to `products`.
+    fn move_means<N: Number>(&mut self, first: usize, count: u32, others: &[N], products: &mut [[f64; 3]]) {
         let (a, b) = (self.count as f64, count as f64);
         let (share, factor) = (b / (a + b), a * b / (a + b));
         let (layers, stride, entries) = (self.layers, self.layers * 3, self.products.len());
-        let pieces: Vec<_> = self
-            .mean
+        let range = first..first + others.len();
+        let pieces: Vec<_> = self.mean[range.clone()]
             .par_chunks_mut(PIECE * stride)
-            .zip(self.m2.par_chunks_mut(PIECE * stride))
-            .zip(other_mean.par_chunks(PIECE * stride).zip(other_m2.par_chunks(PIECE * stride)))
-            .map(|((mean, m2), (other_mean, other_m2))| {
+            .zip(self.m2[range].par_chunks_mut(PIECE * stride))
+            .zip(others.par_chunks(PIECE * stride))
+            .map(|((mean, m2), others)| {
                 let mut piece = Piece::new(layers, self.series, entries);
                 let pixels = mean.chunks_exact_mut(stride).zip(m2.chunks_exact_mut(stride));
-                let others = other_mean.chunks_exact(stride).zip(other_m2.chunks_exact(stride));
-                for ((mean, m2), (other_mean, other_m2)) in pixels.zip(others) {
-                    for (i, ((mean, m2), (other_mean, other_m2))) in
-                        mean.iter_mut().zip(m2).zip(other_mean.iter().zip(other_m2)).enumerate()
-                    {
-                        let delta = other_mean.value() - *mean;
+                for ((mean, m2), others) in pixels.zip(others.chunks_exact(stride)) {
+                    for (i, ((mean, m2), other)) in mean.iter_mut().zip(m2).zip(others).enumerate() {
+                        let delta = other.value() - *mean;
                         *mean += delta * share;
-                        *m2 += other_m2.value() + delta * delta * factor;
+                        *m2 += delta * delta * factor;
                         piece.before[i] = delta;
                         piece.after[i] = delta * factor;
                     }
@@ -156,15 +188,18 @@ impl ImageMoments {
                 piece.products
             })
             .collect();
-        pieces.iter().for_each(|products| add(&mut added, products));
-        add(&mut self.products, &added);
+        pieces.iter().for_each(|piece| add(products, piece));
+    }
+
+    /// Ends the merge with a set of so many replicates that adds this to the products.
+    fn count_in(&mut self, count: u32, added: &[[f64; 3]]) {
+        add(&mut self.products, added);
         self.count += count;
-        added
     }
 }
 
 /// An `f64`, or the bytes of one, little-endian.
-pub trait Number: Sync {
+trait Number: Sync {
     /// The number.
     fn value(&self) -> f64;
 }
@@ -181,6 +216,13 @@ impl Number for [u8; 8] {
     fn value(&self) -> f64 {
         f64::from_le_bytes(*self)
     }
+}
+
+/// Adds numbers to as many sums.
+fn add_numbers<N: Number>(sums: &mut [f64], numbers: &[N]) {
+    sums.par_chunks_mut(PIECE).zip(numbers.par_chunks(PIECE)).for_each(|(sums, numbers)| {
+        sums.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number.value());
+    });
 }
 
 /// How an image is divided into blocks.
@@ -205,29 +247,34 @@ impl BlockGrid {
         (self.columns * self.rows) as usize
     }
 
-    /// The block that a pixel belongs to.
-    pub fn block_of(&self, pixel: usize) -> usize {
-        let (x, y) = (pixel as u64 % self.width as u64, pixel as u64 / self.width as u64);
-        let column = x * self.columns as u64 / self.width as u64;
-        let row = y * self.rows as u64 / self.height as u64;
-        (row * self.columns as u64 + column) as usize
-    }
-
     /// The means over blocks of a film's pixels.
     pub fn average(&self, film: &Film, layers: usize) -> Film {
         let stride = layers * 3;
         let mut blocks = Film::new(self.columns, self.rows, layers);
-        let mut pixels = vec![0_u32; self.count()];
-        for (pixel, sums) in film.sums.chunks(stride).enumerate() {
-            let block = self.block_of(pixel);
-            pixels[block] += 1;
-            blocks.sums[block * stride..(block + 1) * stride].iter_mut().zip(sums).for_each(|(a, b)| *a += b);
-        }
-        for (block, sums) in blocks.sums.chunks_mut(stride).enumerate() {
-            sums.iter_mut().for_each(|s| *s /= pixels[block] as f64);
-        }
+        let columns: Vec<_> = (0..self.columns).map(|i| part(i, self.columns, self.width)).collect();
+        blocks.sums.par_chunks_mut(self.columns as usize * stride).enumerate().for_each(|(i, blocks)| {
+            let rows = part(i as u32, self.rows, self.height);
+            for y in rows.clone() {
+                let row = &film.sums[y * self.width as usize * stride..][..self.width as usize * stride];
+                for (sums, columns) in blocks.chunks_exact_mut(stride).zip(&columns) {
+                    for pixel in row[columns.start * stride..columns.end * stride].chunks_exact(stride) {
+                        sums.iter_mut().zip(pixel).for_each(|(a, b)| *a += b);
+                    }
+                }
+            }
+            for (sums, columns) in blocks.chunks_exact_mut(stride).zip(&columns) {
+                let pixels = (rows.len() * columns.len()) as f64;
+                sums.iter_mut().for_each(|s| *s /= pixels);
+            }
+        });
         blocks
     }
+}
+
+/// The pixels of one of so many parts of a row or column of such a size: those `x` for which `x · parts / size`, rounded down, is its number.
+fn part(number: u32, parts: u32, size: u32) -> Range<usize> {
+    let first = |number: u32| (u64::from(number) * u64::from(size)).div_ceil(u64::from(parts)) as usize;
+    first(number)..first(number + 1)
 }
 
 fn add(sum: &mut [[f64; 3]], other: &[[f64; 3]]) {

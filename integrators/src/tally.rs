@@ -3,8 +3,9 @@
 use crate::film::Film;
 use crate::fireflies::Fireflies;
 use crate::measurement::Counters;
-use crate::statistics::{BlockGrid, ImageMoments, Number};
+use crate::statistics::{BlockGrid, ImageMoments};
 use crate::stored;
+use std::io::{self, Read};
 
 /// Moments, lists and counts of successive replicates: of a group at work, or of all groups before it.
 ///
@@ -57,19 +58,27 @@ impl Tally {
 
     /// Adds a tally of the replicates that follow. Returns what that adds to the products of the pixels' deviations.
     pub fn merge(&mut self, other: &Self) -> Vec<[f64; 3]> {
-        self.merge_numbers(other, (&other.pixels.mean, &other.pixels.m2))
+        self.merge_beside(other);
+        self.pixels.merge(&other.pixels)
     }
 
-    /// The same where the pixels' means and squared deviations, which may still be bytes, are not in the other tally.
-    pub fn merge_numbers<N: Number>(&mut self, other: &Self, numbers: (&[N], &[N])) -> Vec<[f64; 3]> {
-        let added = self.pixels.merge_numbers(other.count(), numbers, &other.pixels.products);
+    /// The same where the pixels' means and squared deviations, not in the other tally, are still to be read.
+    ///
+    /// # Errors
+    /// If they cannot be read; some of it has been added then.
+    pub fn merge_from(&mut self, other: &Self, numbers: &mut dyn Read) -> io::Result<Vec<[f64; 3]>> {
+        self.merge_beside(other);
+        self.pixels.merge_from(other.count(), &other.pixels.products, numbers)
+    }
+
+    /// Adds all but the moments of pixels.
+    fn merge_beside(&mut self, other: &Self) {
         self.blocks.merge(&other.blocks);
         self.means.extend_from_slice(&other.means);
         self.seconds.extend_from_slice(&other.seconds);
         self.invalid.iter_mut().zip(&other.invalid).for_each(|(sum, n)| *sum += n);
         self.counters += other.counters;
         self.fireflies.merge(&other.fireflies);
-        added
     }
 
     /// Forgets all replicates.

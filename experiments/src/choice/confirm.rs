@@ -1,6 +1,6 @@
 //! The second pilot: what the runs that were chosen take and leave, on random numbers that they were not chosen by.
 
-use super::pilot::{Entry, Pilot, REPLICATES, take_turns};
+use super::pilot::{Entry, Pilot, take_turns};
 use super::regions::Division;
 use super::{Choice, ChosenRun, search};
 use crate::error::Error;
@@ -53,7 +53,8 @@ impl Group {
     }
 }
 
-/// Measures the runs chosen, and the methods that carry all layers: those with a pilot in `whole`, the first one, beside which a second is made.
+/// Measures the runs chosen, and the methods that carry all layers: those with a pilot in `whole`, the first one, beside which a second is made, of so
+/// many replicates and samples.
 ///
 /// # Errors
 /// If a method cannot render, or the user asked for an end.
@@ -61,7 +62,7 @@ pub fn confirm(
     scene: &Scene,
     entries: &[Entry],
     (layers, groups, whole): (&[Layer], &[Group], &[(usize, &Pilot)]),
-    samples: u32,
+    (replicates, samples): (u32, u32),
     stop: &Stop,
 ) -> Result<Choice, Error> {
     let mut pilots = Vec::new();
@@ -73,7 +74,7 @@ pub fn confirm(
         group.methods().into_iter().try_for_each(|m| add(m, &group.layers, 2))?;
     }
     whole.iter().try_for_each(|(m, _)| add(*m, layers, 4))?;
-    take_turns(&mut pilots, REPLICATES, stop)?;
+    take_turns(&mut pilots, replicates, stop)?;
     let mut rest = &pilots[..];
     let judged: Vec<Judged> = groups
         .iter()
@@ -138,13 +139,19 @@ impl<'p> Single<'p> {
 
     /// Variance times seconds.
     fn product(&self) -> f64 {
-        let variance = self.pilots.iter().map(|pilot| pilot.variance()).sum::<f64>() / 2.0;
-        variance * self.pilots[1].seconds()
+        self.pooled(|pilot| pilot.variance()) * self.pilots[1].seconds()
     }
 
     /// The variance of one sample's sum over some layers.
     fn variance(&self, layers: &[Layer]) -> f64 {
-        self.pilots.iter().map(|pilot| pilot.variance_over(layers)).sum::<f64>() / 2.0
+        self.pooled(|pilot| pilot.variance_over(layers))
+    }
+
+    /// A variance by both pilots, each of which counts by the degrees of freedom that its images have.
+    fn pooled(&self, variance: impl Fn(&Pilot) -> f64) -> f64 {
+        let freedom = self.pilots.map(|pilot| pilot.times().len() as f64 - 1.0);
+        let sum: f64 = self.pilots.iter().zip(freedom).map(|(pilot, freedom)| variance(pilot) * freedom).sum();
+        sum / freedom.iter().sum::<f64>()
     }
 }
 
@@ -173,7 +180,7 @@ fn interval(
     squares.retain(|(_, squares)| squares.iter().sum::<f64>() > 0.0);
     squares.push((1.0, seconds));
     let strata: Vec<Stratum> = squares.iter().map(|(power, own)| Stratum::new(vec![(*power, own)])).collect();
-    let (_, (below, above)) = log_sum(&strata, recursion(REPLICATES as usize - 1), 0)?;
+    let (_, (below, above)) = log_sum(&strata, recursion(single.pilots[1].times().len() - 1), 0)?;
     Some((gain * (-below).exp(), gain * above.exp()))
 }
 

@@ -32,8 +32,13 @@ pub const TAKE_PART: [(&str, &[(&str, &str)]); 4] =
 pub const PILOT_PART: f64 = 0.08;
 /// The part of that time that the first pilot has. What it leaves to the second also pays for counting rays.
 const FIRST_PART: f64 = 0.3;
-/// The most samples of a pilot's image.
+/// The most samples of an image of the first pilot.
 const MOST: f64 = 1024.0;
+/// Samples of an image of the second one, where there are more of them than [`REPLICATES`] images of fewer: many images tell a variance better than
+/// many samples of few, and what slows a machine for a while hits all methods alike.
+const SECOND_SAMPLES: f64 = 4.0;
+/// The most images of the second pilot.
+const SECOND_MOST: f64 = 256.0;
 
 /// The runs chosen for a scene, and why.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -209,8 +214,8 @@ fn choose(
     }
     let again = groups.iter().flat_map(Group::methods).chain(whole.iter().map(|(m, _)| *m));
     let sample: f64 = again.map(|m| pilots[m].seconds()).sum();
-    let samples = samples_within(budget - start.elapsed().as_secs_f64(), sample);
-    Ok(Choice { left_out, ..confirm(scene, &entries, (&layers, &groups, &whole), samples, stop)? })
+    let size = second_size(budget - start.elapsed().as_secs_f64(), sample);
+    Ok(Choice { left_out, ..confirm(scene, &entries, (&layers, &groups, &whole), size, stop)? })
 }
 
 /// Seconds of a sample of every pixel by each of the methods.
@@ -230,6 +235,13 @@ fn sample_seconds(scene: &Scene, entries: &[Entry], layers: &[Layer], stop: &Sto
 /// The samples of a pilot's image, by the seconds that all of its images may take, and those of one sample.
 fn samples_within(budget: f64, sample: f64) -> u32 {
     (budget / (f64::from(REPLICATES) * sample.max(1e-9))).clamp(1.0, MOST) as u32
+}
+
+/// The images of the second pilot, and the samples of each, by the seconds that all may take, and those of one sample.
+fn second_size(budget: f64, sample: f64) -> (u32, u32) {
+    let samples = budget / sample.max(1e-9);
+    let replicates = (samples / SECOND_SAMPLES).clamp(f64::from(REPLICATES), SECOND_MOST).floor();
+    (replicates as u32, (samples / replicates).max(1.0) as u32)
 }
 
 /// Labels of orders as a list of ranges: `0, 2 to 4, tail`.
@@ -253,6 +265,14 @@ pub fn in_ranges(labels: &[String]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_second_pilot_takes_what_it_may_in_many_images_of_few_samples() {
+        assert_eq!([0.0, 2.0, 40.0, 400.0].map(|budget| second_size(budget, 1.0)), [(16, 1), (16, 1), (16, 2), (100, 4)]);
+        let (replicates, samples) = second_size(1e5, 1.0);
+        assert_eq!(replicates, 256);
+        assert!(f64::from(replicates * samples) <= 1e5);
+    }
 
     #[test]
     fn orders_that_follow_one_another_are_told_as_a_range() {

@@ -30,7 +30,7 @@ pub(super) const END: u32 = u32::MAX;
 /// Bytes that are hashed at once.
 const BUFFER: usize = 1 << 20;
 /// Bytes that are read and hashed at once where they are kept: what a processor's own cache holds of them.
-const PIECE: usize = 1 << 18;
+pub(super) const PIECE: usize = 1 << 18;
 /// Bytes read at once where records are skipped.
 const SKIPPED: usize = 1 << 8;
 /// No name of a machine or compiler is that long.
@@ -236,11 +236,34 @@ pub(super) fn whole_hash(head: &Head, places: &[Place]) -> blake3::Hash {
 pub fn read_record(file: &mut File, place: &Place, bytes: &mut Vec<u8>) -> io::Result<()> {
     let length = usize::try_from(place.length).map_err(|_| damaged("a length beyond all memory"))?;
     bytes.resize(length, 0);
-    file.seek(SeekFrom::Start(place.offset))?;
-    let mut hasher = place.begun_hash();
-    for piece in bytes.chunks_mut(PIECE) {
-        file.read_exact(piece)?;
-        hasher.update(piece);
+    let mut record = Record::begin(file, place)?;
+    bytes.chunks_mut(PIECE).try_for_each(|piece| record.fill(piece))?;
+    record.end()
+}
+
+/// A record that is read piece by piece.
+pub(super) struct Record<'f> {
+    file: &'f mut File,
+    hasher: blake3::Hasher,
+    hash: blake3::Hash,
+}
+
+impl<'f> Record<'f> {
+    /// Before the first of its bytes.
+    pub(super) fn begin(file: &'f mut File, place: &Place) -> io::Result<Self> {
+        file.seek(SeekFrom::Start(place.offset))?;
+        Ok(Self { file, hasher: place.begun_hash(), hash: place.hash })
     }
-    if hasher.finalize() == place.hash { Ok(()) } else { Err(misfit()) }
+
+    /// Reads as many more.
+    pub(super) fn fill(&mut self, piece: &mut [u8]) -> io::Result<()> {
+        self.file.read_exact(piece)?;
+        self.hasher.update(piece);
+        Ok(())
+    }
+
+    /// Whether all of its bytes, read by now, are what was written.
+    pub(super) fn end(self) -> io::Result<()> {
+        if self.hasher.finalize() == self.hash { Ok(()) } else { Err(misfit()) }
+    }
 }

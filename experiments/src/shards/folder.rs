@@ -64,9 +64,9 @@ impl Shards {
     /// Those of [`Self::each`], and if `read` leaves some of it.
     pub fn read<T>(&self, content: &blake3::Hash, read: impl Fn(&mut dyn Read) -> io::Result<T>) -> Result<T, Error> {
         let mut value = None;
-        self.each(content, &mut |_, mut bytes| {
-            value = Some(read(&mut bytes)?);
-            if bytes.is_empty() { Ok(ControlFlow::Break(())) } else { Err(damaged("it is longer than it should be")) }
+        self.each(content, &mut |_, bytes| {
+            value = Some(read(bytes)?);
+            if bytes.limit() == 0 { Ok(ControlFlow::Break(())) } else { Err(damaged("it is longer than it should be")) }
         })?;
         value.ok_or_else(|| Error::usage("the plan lacks what this experiment asks for; plan anew in another folder"))
     }

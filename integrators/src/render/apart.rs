@@ -83,20 +83,19 @@ impl Render<'_> {
         written
     }
 
-    /// Takes what [`Self::write_group`] wrote of the next group, full or the last one, for replicates of its own.
+    /// Takes what [`Self::write_group`] wrote of the next group, full or the last one, for replicates of its own; the limit is the length of it.
     ///
     /// # Errors
-    /// If a group is at work, or the bytes are damaged, or of a render of other pixels or layers.
-    pub fn take_group(&mut self, bytes: &[u8]) -> io::Result<()> {
-        let mut rest = bytes;
-        let group = Tally::read(&mut rest)?;
-        let length = self.whole.pixels.mean.len();
-        let (numbers, left) = rest.as_chunks::<8>();
-        let fits = group.is_like_beside(&self.whole) && numbers.len() == 2 * length && left.is_empty();
+    /// If a group is at work, or the bytes are damaged, or of a render of other pixels or layers: nothing has been taken then. If they cannot be
+    /// read: the render is of no use then.
+    pub fn take_group<R: Read>(&mut self, from: &mut io::Take<R>) -> io::Result<()> {
+        let group = Tally::read(from)?;
+        let length = self.whole.pixels.mean.len() as u64;
+        let fits = group.is_like_beside(&self.whole) && from.limit() == 2 * 8 * length;
         if !fits || !(1..=GROUP).contains(&group.count()) || self.group.count() > 0 {
             return Err(damaged("it is of another image"));
         }
-        self.last_group = (group.count(), self.whole.merge_numbers(&group, numbers.split_at(length)));
+        self.last_group = (group.count(), self.whole.merge_from(&group, from)?);
         Ok(())
     }
 }
