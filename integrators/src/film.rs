@@ -50,11 +50,26 @@ pub struct BlockFilm<'r> {
     pub counters: Counters,
 }
 
+/// The memory of a block's film, to be used again: pages that were never written to cost more than what is written to them.
+#[derive(Clone, Debug, Default)]
+pub struct BlockStore {
+    sums: Vec<f64>,
+    splats: Splats,
+}
+
 impl<'r> BlockFilm<'r> {
     /// Empty, for blocks of an image of these pixels, and a film of those in a window.
     pub fn new(request: &'r Request, raster: Raster, window: Window) -> Self {
+        Self::in_store(BlockStore::default(), request, raster, window)
+    }
+
+    /// The same in memory that was used before.
+    pub fn in_store(store: BlockStore, request: &'r Request, raster: Raster, window: Window) -> Self {
+        let BlockStore { mut sums, mut splats } = store;
         let layers = request.film_layers();
         let pixels = TILE.min(raster.width) as usize * TILE.min(raster.height) as usize;
+        sums.resize(pixels * layers * 3, 0.0);
+        splats.set_bands(window.height().div_ceil(TILE) as usize);
         Self {
             request,
             raster,
@@ -65,13 +80,18 @@ impl<'r> BlockFilm<'r> {
             share: 1.0,
             scale: 1.0,
             run: None,
-            sums: vec![0.0; pixels * layers * 3],
-            splats: Splats::new(window.height().div_ceil(TILE) as usize),
+            sums,
+            splats,
             window,
             invalid: vec![0; request.layers().len()],
             fireflies: request.keeps_fireflies().then(|| Fireflies::new(request.layers().len(), layers)),
             counters: Counters::default(),
         }
+    }
+
+    /// Its memory, for another one.
+    pub fn into_store(self) -> BlockStore {
+        BlockStore { sums: self.sums, splats: self.splats }
     }
 
     /// Bytes of sums that one such film holds.

@@ -1,6 +1,6 @@
 //! Replicates of one method in one scene.
 
-use crate::film::{Block, BlockFilm, Blocks, Film, Window};
+use crate::film::{Block, BlockFilm, BlockStore, Blocks, Film, Window};
 use crate::measurement::{Layer, Measurement};
 use crate::method::{Integrator, Replicate};
 use crate::parts::{PartSettings, Parts};
@@ -17,7 +17,7 @@ use std::time::Instant;
 mod apart;
 
 /// Blocks in flight at once, at most; bits do not depend on it.
-const WAVE: usize = 64;
+const WAVE: usize = 128;
 /// Bytes that the blocks in flight may take.
 const WAVE_BYTES: usize = 64 << 20;
 
@@ -127,6 +127,8 @@ pub struct Render<'a> {
     whole: Tally,
     /// Replicates of the group that ended last, and what it has added to the products of deviations.
     last_group: (u32, Vec<[f64; 3]>),
+    /// The memory of the blocks in flight.
+    stores: Vec<BlockStore>,
     /// Seconds in which blocks were put together.
     merging: f64,
 }
@@ -188,6 +190,7 @@ impl<'a> Render<'a> {
             grid,
             request,
             window,
+            stores: Vec::new(),
             merging: 0.0,
         })
     }
@@ -305,8 +308,9 @@ impl<'a> Render<'a> {
         let mut pass = self.method.begin(self.scene, &self.request, replicate);
         self.group.counters += pass.pilot();
         let wave = (WAVE_BYTES / BlockFilm::bytes(&self.request, width, height).max(1)).clamp(1, WAVE);
-        let film = || BlockFilm::new(&self.request, *self.scene.camera.raster(), self.window.clone());
-        let mut films: Vec<_> = (0..wave.min(together as usize)).map(|_| film()).collect();
+        self.stores.resize(wave.min(together as usize), BlockStore::default());
+        let film = |store| BlockFilm::in_store(store, &self.request, *self.scene.camera.raster(), self.window.clone());
+        let mut films: Vec<_> = self.stores.drain(..).map(film).collect();
         self.film.clear();
         let mut first = 0;
         while first < blocks.count() {
@@ -335,6 +339,7 @@ impl<'a> Render<'a> {
         // Which blocks a film has had depends on the image alone, not on threads.
         let found = films.iter().filter_map(|film| film.fireflies.as_ref());
         found.for_each(|found| self.group.fireflies.add_tails(found));
+        self.stores = films.into_iter().map(BlockFilm::into_store).collect();
         start.elapsed().as_secs_f64()
     }
 

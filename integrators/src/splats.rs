@@ -12,15 +12,15 @@ pub struct Splat {
 }
 
 /// The splats of one block, bucketed by the row of tiles they land in, in the order they were made.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Splats {
     buckets: Vec<Vec<Splat>>,
 }
 
 impl Splats {
-    /// Empty, for a film of so many rows of tiles.
-    pub fn new(bands: usize) -> Self {
-        Self { buckets: vec![Vec::new(); bands] }
+    /// For a film of so many rows of tiles.
+    pub fn set_bands(&mut self, bands: usize) {
+        self.buckets.resize(bands, Vec::new());
     }
 
     /// Keeps a splat that lands in the given row of tiles.

@@ -19,6 +19,13 @@ fn render<'a>(scene: &'a Scene, method: &'a dyn Integrator, max_order: usize) ->
     Render::new(scene, method, settings).unwrap()
 }
 
+/// The same up to order 2, with its largest contributions.
+fn with_fireflies<'a>(scene: &'a Scene, method: &'a dyn Integrator) -> Render<'a> {
+    let bare = render(scene, method, 2);
+    let request = bare.request.clone().with_fireflies();
+    Render::of_request(scene, method, bare.settings.clone(), bare.window.clone(), request).unwrap()
+}
+
 /// All of a measurement but its times; what is printed of a number tells it from every other one.
 fn told(render: Render) -> String {
     format!("{:?}", Measurement { replicate_seconds: Vec::new(), ..render.finish() })
@@ -74,11 +81,7 @@ fn replicates_rendered_apart_add_up_to_the_bits_of_one_render() {
     let scene = scene();
     for name in ["path", "bdpt", "vcm"] {
         let method = Methods::standard().build(name, &serde_json::json!({})).unwrap();
-        let new = || {
-            let bare = render(&scene, &*method, 2);
-            let request = bare.request.clone().with_fireflies();
-            Render::of_request(&scene, &*method, bare.settings.clone(), bare.window.clone(), request).unwrap()
-        };
+        let new = || with_fireflies(&scene, &*method);
         let mut whole = new();
         (0..ALL).for_each(|_| whole.run_replicate(&|_| {}));
         // Groups in another order, the second one by two that share it.
@@ -108,11 +111,7 @@ fn groups_gathered_apart_add_up_to_the_bits_of_one_render() {
     let scene = scene();
     for name in ["path", "bdpt", "vcm"] {
         let method = Methods::standard().build(name, &serde_json::json!({})).unwrap();
-        let new = || {
-            let bare = render(&scene, &*method, 2);
-            let request = bare.request.clone().with_fireflies();
-            Render::of_request(&scene, &*method, bare.settings.clone(), bare.window.clone(), request).unwrap()
-        };
+        let new = || with_fireflies(&scene, &*method);
         let mut whole = new();
         let mut added = Vec::new();
         for replicate in 0..ALL {
