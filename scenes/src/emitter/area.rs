@@ -172,6 +172,12 @@ impl AreaEmitter {
         Some((rectangle, rectangle.seen_from(p_ref)?))
     }
 
+    /// Whether all of it is known to be seen from behind, where nothing is emitted.
+    #[inline]
+    fn is_dark_from(&self, p_ref: Vec3) -> bool {
+        matches!(&self.shape, AreaShape::Rectangle(rectangle) if !self.emission.two_sided && rectangle.is_behind(p_ref))
+    }
+
     /// A point of the surface for a point to be lit; None if that point is on a side that is dark.
     #[inline]
     pub fn sample_li(&self, p_ref: Vec3, u: Vec2) -> Option<LiSample> {
@@ -184,6 +190,9 @@ impl AreaEmitter {
                 pdf: cone.pdf,
                 delta: false,
             });
+        }
+        if self.is_dark_from(p_ref) {
+            return None;
         }
         let near = self.near_rectangle(p_ref);
         let sampled = match &near {

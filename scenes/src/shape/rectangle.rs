@@ -11,7 +11,7 @@ pub struct Rectangle {
     /// The parallelogram, as it is traced.
     pub quad: Parallelogram,
     middle: DVec3,
-    /// Unit vectors along its sides, and its normal.
+    /// Unit vectors along its sides, and the normal of its front.
     axes: [DVec3; 3],
     /// Halves of its sides \[m\].
     half: [f64; 2],
@@ -23,8 +23,8 @@ pub struct Rectangle {
 
 impl Rectangle {
     /// Points within so many of its half diagonals are near. From there on, the solid angle that a part of its area fills differs
-    /// by less than a tenth between its middle and the corners, where it is not seen along its plane.
-    pub const NEAR: f64 = 4.0;
+    /// by less than 30 % between its middle and the corners, where it is not seen along its plane: too little to pay for the angles.
+    pub const NEAR: f64 = 2.0;
     /// The thinnest that are sampled by their solid angle: ratio of the sides.
     const THINNEST: f64 = 1.0 / 64.0;
     /// The least height above its plane, in half diagonals, and in distances that its corners are off a rectangle's: where densities are
@@ -50,11 +50,17 @@ impl Rectangle {
         (off <= Self::CROOKED * diagonal && short >= Self::THINNEST * long).then(|| Rectangle {
             quad: *quad,
             middle,
-            axes: [u, v, u.cross(v)],
+            axes: [u, v, u.cross(v) * u.cross(v).dot(quad.normals[0].as_dvec3()).signum()],
             half,
             reach2: (Self::NEAR * diagonal).powi(2),
             least_height: (Self::SLANT.0 * diagonal).max(Self::SLANT.1 * off),
         })
+    }
+
+    /// Whether a point is behind it, so far off its plane that no rounding brings it to the front.
+    #[inline]
+    pub fn is_behind(&self, p: Vec3) -> bool {
+        (p.as_dvec3() - self.middle).dot(self.axes[2]) < -self.least_height
     }
 
     /// As it is seen from a point; `None` if that is not near, or all but in its plane. Places on it are shares of the sides that
@@ -104,8 +110,17 @@ mod tests {
     fn it_is_seen_from_near_it_and_off_its_plane() {
         let rectangle = Rectangle::new(&quad(DVec3::new(-1.0, -1.0, 0.0), DVec3::X * 2.0, DVec3::Y * 2.0)).unwrap();
         let is_seen = |x: f32, y: f32, z: f32| rectangle.seen_from(vec3(x, y, z)).is_some();
-        assert!(is_seen(0.0, 0.0, 5.0) && is_seen(0.0, 0.0, -5.0) && is_seen(4.0, 2.0, 0.1) && is_seen(0.3, 0.2, 0.01));
-        assert!(!is_seen(0.0, 0.0, 5.7) && !is_seen(0.0, 0.0, 0.0) && !is_seen(3.0, 0.0, 1e-3));
+        assert!(is_seen(0.0, 0.0, 2.5) && is_seen(0.0, 0.0, -2.5) && is_seen(2.0, 1.0, 0.1) && is_seen(0.3, 0.2, 0.01));
+        assert!(!is_seen(0.0, 0.0, 2.9) && !is_seen(0.0, 0.0, 0.0) && !is_seen(3.0, 0.0, 1e-3));
+    }
+
+    #[test]
+    fn what_is_behind_it_is_off_its_plane() {
+        let quad = quad(DVec3::new(-1.0, -1.0, 0.5), DVec3::X * 2.0, DVec3::Y * 2.0);
+        let turned = Parallelogram { normals: quad.normals.map(|n| -n), ..quad };
+        let behind = |quad: &Parallelogram, z: f32| Rectangle::new(quad).unwrap().is_behind(vec3(3.0, 0.0, z));
+        assert_eq!([0.4, 0.4999, 0.5, 0.6].map(|z| behind(&quad, z)), [true, false, false, false]);
+        assert_eq!([0.4, 0.5, 0.5001, 0.6].map(|z| behind(&turned, z)), [false, false, false, true]);
     }
 
     /// What it looks like from a point is where its places are.
