@@ -94,7 +94,10 @@ pub use scenes::nearest;
 /// The sentence about an unknown name: `there is no KIND NAME; did you mean NEAREST? (KINDs: …)`.
 pub fn unknown(kind: &str, name: &str, names: &[&str]) -> String {
     let meant = nearest(name, names).map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
-    let kinds = kind.strip_suffix('y').map_or(format!("{kind}s"), |stem| format!("{stem}ies"));
+    let kinds = match kind.strip_suffix('y') {
+        Some(stem) if !stem.ends_with(['a', 'e', 'o', 'u']) => format!("{stem}ies"),
+        _ => format!("{kind}s"),
+    };
     format!("there is no {kind} `{name}`{meant} ({kinds}: {})", names.join(", "))
 }
 

@@ -126,7 +126,12 @@ fn change(mut experiment: Experiment, assignment: &Assignment) -> Result<Experim
     }
     if !Experiment::KEYS.contains(&first.as_str()) {
         let methods = experiment.methods.iter().map(|entry| entry.name.as_str());
-        let names: Vec<&str> = Experiment::KEYS.iter().copied().chain(methods).collect();
+        let mut names: Vec<&str> = Experiment::KEYS.to_vec();
+        methods.for_each(|name| {
+            if !names.contains(&name) {
+                names.push(name)
+            }
+        });
         return Err(bad(unknown("key", first, &names)));
     }
     let mut table = toml::Table::try_from(&experiment).map_err(|e| bad(e.to_string()))?;

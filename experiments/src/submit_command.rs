@@ -24,6 +24,11 @@ pub const FOLDER: &str = "submit";
 /// # Errors
 /// If there is no plan and none can be made, files cannot be written, or the engine is not there.
 pub fn submit(args: &SubmitArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
+    if args.engine == Engine::Kubernetes && (args.image.is_none() || args.claim.is_none()) {
+        return Err(Error::usage(
+            "kubernetes needs to know what to run and where results are: give --image, a container with neumann in it, and --claim, a volume's",
+        ));
+    }
     let source = crate::source::Source::open(&args.experiment)?;
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("results").join(&source.name));
     plan_if_asked(args, &folder, methods, stop)?;

@@ -134,12 +134,7 @@ impl ImageMoments {
     ///
     /// # Errors
     /// If they cannot be read; some of them have been added then.
-    pub fn merge_from(
-        &mut self,
-        count: u32,
-        products: &[[f64; 3]],
-        from: &mut dyn Read,
-    ) -> io::Result<Vec<[f64; 3]>> {
+    pub fn merge_from(&mut self, count: u32, products: &[[f64; 3]], from: &mut dyn Read) -> io::Result<Vec<[f64; 3]>> {
         let mut added = products.to_vec();
         let length = self.mean.len();
         let at_once = 2 * rayon::current_num_threads() * PIECE * self.layers * 3;
@@ -151,9 +146,8 @@ impl ImageMoments {
             io::Result::Ok(())
         };
         let firsts = || (0..length).step_by(at_once);
-        firsts().try_for_each(|first| {
-            read(first, &mut |first, means| self.move_means(first, count, means, &mut added))
-        })?;
+        firsts()
+            .try_for_each(|first| read(first, &mut |first, means| self.move_means(first, count, means, &mut added)))?;
         firsts().try_for_each(|first| {
             read(first, &mut |first, m2| add_numbers(&mut self.m2[first..first + m2.len()], m2))
         })?;

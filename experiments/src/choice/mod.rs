@@ -6,6 +6,7 @@
 //! the first pilot's variances were chosen for being small, and are too small on average. What the composite renders shares no number with either.
 
 use crate::error::Error;
+use crate::path_class::missing;
 use crate::stop::Stop;
 use crate::subject::small_size;
 use confirm::{Group, confirm};
@@ -32,9 +33,9 @@ pub const TAKE_PART: [(&str, &[(&str, &str)]); 4] =
 pub const PILOT_PART: f64 = 0.08;
 /// The part of that time that the first pilot has. What it leaves to the second also pays for counting rays.
 const FIRST_PART: f64 = 0.3;
-/// The most samples of an image of the first pilot.
-const MOST: f64 = 1024.0;
-/// Samples of an image of the second one, where there are more of them than [`REPLICATES`] images of fewer: many images tell a variance better than
+/// The most samples of an image of the first pilot: what long renders would learn beyond is not worth their time.
+const MOST: f64 = 16.0;
+/// The most samples of an image of the second one, and how many it has where there are more of them than [`REPLICATES`] images of fewer: many images tell a variance better than
 /// many samples of few, and what slows a machine for a while hits all methods alike.
 const SECOND_SAMPLES: f64 = 4.0;
 /// The most images of the second pilot.
@@ -185,13 +186,18 @@ fn choose(
         let lost: Vec<String> =
             layers.iter().zip(&entry.carries).filter(|(_, c)| !**c).map(|(layer, _)| layer.label()).collect();
         if !lost.is_empty() {
-            left_out.push(format!("{} does not carry all light of order {}", entry.run.label(), lost.join(", ")));
+            let (label, orders) = (entry.run.label(), lost.join(", "));
+            let light = missing(entry.method, scene).join(", and ");
+            let light = if light.is_empty() { light } else { format!(" (it lacks {light})") };
+            left_out.push(format!("{label} does not carry all light of order {orders}{light}"));
         }
     }
     let no_method = |k: usize| {
         let why = if left_out.is_empty() { String::new() } else { format!(": {}", left_out.join("; ")) };
         Error::usage(format!(
-            "no method carries all light of order {} here{why}; leave it out with --orders, or render by one method",
+            "{}: no method that a composite may choose carries all light of order {}{why}; leave that order out (`neumann render --orders`), name the \
+             composite's runs, or render by one method",
+            scene.name,
             layers[k].label()
         ))
     };
@@ -241,7 +247,7 @@ fn samples_within(budget: f64, sample: f64) -> u32 {
 fn second_size(budget: f64, sample: f64) -> (u32, u32) {
     let samples = budget / sample.max(1e-9);
     let replicates = (samples / SECOND_SAMPLES).clamp(f64::from(REPLICATES), SECOND_MOST).floor();
-    (replicates as u32, (samples / replicates).max(1.0) as u32)
+    (replicates as u32, (samples / replicates).clamp(1.0, SECOND_SAMPLES) as u32)
 }
 
 /// Labels of orders as a list of ranges: `0, 2 to 4, tail`.
@@ -268,10 +274,11 @@ mod tests {
 
     #[test]
     fn the_second_pilot_takes_what_it_may_in_many_images_of_few_samples() {
-        assert_eq!([0.0, 2.0, 40.0, 400.0].map(|budget| second_size(budget, 1.0)), [(16, 1), (16, 1), (16, 2), (100, 4)]);
-        let (replicates, samples) = second_size(1e5, 1.0);
-        assert_eq!(replicates, 256);
-        assert!(f64::from(replicates * samples) <= 1e5);
+        assert_eq!(
+            [0.0, 2.0, 40.0, 400.0].map(|budget| second_size(budget, 1.0)),
+            [(16, 1), (16, 1), (16, 2), (100, 4)]
+        );
+        assert_eq!(second_size(1e5, 1.0), (256, 4));
     }
 
     #[test]

@@ -145,7 +145,7 @@ impl<'a> Pilot<'a> {
         pairs.map(|(i, j)| self.covariances.value(i, j)).sum::<f64>() * self.samples
     }
 
-    /// What each replicate but the first adds to the variance of one sample of the sum, see [`positive`].
+    /// What each replicate but the first adds to the variance of one sample's sum, see [`positive`].
     pub fn squares(&self) -> Vec<f64> {
         self.covariances.squares_of_sum().into_iter().map(|square| square * self.samples).collect()
     }

@@ -188,7 +188,7 @@ fn kubernetes(task: &Task) -> Vec<(&'static str, String)> {
     let Task { plan, args, .. } = task;
     let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' };
     let name: String = plan.name.chars().map(plain).collect();
-    let (image, claim) = (args.image.as_deref().unwrap_or("IMAGE"), args.claim.as_deref().unwrap_or("CLAIM"));
+    let (image, claim) = (args.image.as_deref().unwrap_or_default(), args.claim.as_deref().unwrap_or_default());
     let folder = string(&task.folder.to_string_lossy());
     let job = |suffix: &str, kind: &str, command: &str| {
         let command = string(&format!("exec {command}"));
