@@ -127,11 +127,11 @@ fn change(mut experiment: Experiment, assignment: &Assignment) -> Result<Experim
     if !Experiment::KEYS.contains(&first.as_str()) {
         let methods = experiment.methods.iter().map(|entry| entry.name.as_str());
         let mut names: Vec<&str> = Experiment::KEYS.to_vec();
-        methods.for_each(|name| {
+        for name in methods {
             if !names.contains(&name) {
-                names.push(name)
+                names.push(name);
             }
-        });
+        }
         return Err(bad(unknown("key", first, &names)));
     }
     let mut table = toml::Table::try_from(&experiment).map_err(|e| bad(e.to_string()))?;

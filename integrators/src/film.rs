@@ -8,6 +8,7 @@
 //! blocks in flight, and any part of the image that the film has.
 
 mod parts;
+mod store;
 
 pub use crate::block::{Block, Blocks, TILE, Window};
 use crate::contribution::{Contribution, Sink, Technique, Wants};
@@ -21,6 +22,7 @@ use rayon::prelude::*;
 use sampling::filter::Filter;
 use sampling::{Spectrum, Vec2, fault};
 use scenes::camera::{Edges, Raster};
+pub use store::BlockStore;
 
 /// What one block adds to the film.
 #[derive(Clone, Debug)]
@@ -50,21 +52,9 @@ pub struct BlockFilm<'r> {
     pub counters: Counters,
 }
 
-/// The memory of a block's film, to be used again: pages that were never written to cost more than what is written to them.
-#[derive(Clone, Debug, Default)]
-pub struct BlockStore {
-    sums: Vec<f64>,
-    splats: Splats,
-}
-
 impl<'r> BlockFilm<'r> {
-    /// Empty, for blocks of an image of these pixels, and a film of those in a window.
-    pub fn new(request: &'r Request, raster: Raster, window: Window) -> Self {
-        Self::in_store(BlockStore::default(), request, raster, window)
-    }
-
-    /// The same in memory that was used before.
-    pub fn in_store(store: BlockStore, request: &'r Request, raster: Raster, window: Window) -> Self {
+    /// Empty, in this memory, for blocks of an image of these pixels, and a film of those in a window.
+    pub fn new(store: BlockStore, request: &'r Request, raster: Raster, window: Window) -> Self {
         let BlockStore { mut sums, mut splats } = store;
         let layers = request.film_layers();
         let pixels = TILE.min(raster.width) as usize * TILE.min(raster.height) as usize;
@@ -347,7 +337,12 @@ mod tests {
         let request = Request::new(Orders::up_to(0), false);
         let filled = |window: &Window, tile: Window| {
             let mut film = Film::new(window.width(), window.height(), 1);
-            let mut block = BlockFilm::new(&request, raster(width, height, Filter::Mitchell), window.clone());
+            let mut block = BlockFilm::new(
+                BlockStore::default(),
+                &request,
+                raster(width, height, Filter::Mitchell),
+                window.clone(),
+            );
             block.start(tile);
             for i in 0..500 {
                 let (x, y) = ((i * 7 % 400) as f32 * 0.1 - 1.5, (i * 13 % 430) as f32 * 0.1 - 1.5);
@@ -377,7 +372,12 @@ mod tests {
         let (width, height) = (37, 18);
         let request = Request::new(Orders::up_to(0), false);
         let mut film = Film::new(width, height, 1);
-        let mut block = BlockFilm::new(&request, raster(width, height, Filter::Box), Window::whole(width, height));
+        let mut block = BlockFilm::new(
+            BlockStore::default(),
+            &request,
+            raster(width, height, Filter::Box),
+            Window::whole(width, height),
+        );
         block.start(Window { x: 16..32, y: 0..16 });
         for y in -1..=height as i32 {
             for x in -1..=width as i32 {
@@ -396,7 +396,7 @@ mod tests {
     #[test]
     fn non_finite_contributions_are_counted_and_left_out() {
         let request = Request::new(Orders::up_to(1), false);
-        let mut block = BlockFilm::new(&request, raster(4, 4, Filter::Box), Window::whole(4, 4));
+        let mut block = BlockFilm::new(BlockStore::default(), &request, raster(4, 4, Filter::Box), Window::whole(4, 4));
         block.start(Window { x: 0..4, y: 0..4 });
         block.add(contribution(1.0, 1.0, f32::NAN));
         block.add(contribution(1.0, 1.0, f32::INFINITY));

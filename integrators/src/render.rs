@@ -127,8 +127,6 @@ pub struct Render<'a> {
     whole: Tally,
     /// Replicates of the group that ended last, and what it has added to the products of deviations.
     last_group: (u32, Vec<[f64; 3]>),
-    /// The memory of the blocks in flight.
-    stores: Vec<BlockStore>,
     /// Seconds in which blocks were put together.
     merging: f64,
 }
@@ -190,7 +188,6 @@ impl<'a> Render<'a> {
             grid,
             request,
             window,
-            stores: Vec::new(),
             merging: 0.0,
         })
     }
@@ -308,9 +305,8 @@ impl<'a> Render<'a> {
         let mut pass = self.method.begin(self.scene, &self.request, replicate);
         self.group.counters += pass.pilot();
         let wave = (WAVE_BYTES / BlockFilm::bytes(&self.request, width, height).max(1)).clamp(1, WAVE);
-        self.stores.resize(wave.min(together as usize), BlockStore::default());
-        let film = |store| BlockFilm::in_store(store, &self.request, *self.scene.camera.raster(), self.window.clone());
-        let mut films: Vec<_> = self.stores.drain(..).map(film).collect();
+        let film = |store| BlockFilm::new(store, &self.request, *self.scene.camera.raster(), self.window.clone());
+        let mut films: Vec<_> = BlockStore::take(wave.min(together as usize)).into_iter().map(film).collect();
         self.film.clear();
         let mut first = 0;
         while first < blocks.count() {
@@ -339,7 +335,7 @@ impl<'a> Render<'a> {
         // Which blocks a film has had depends on the image alone, not on threads.
         let found = films.iter().filter_map(|film| film.fireflies.as_ref());
         found.for_each(|found| self.group.fireflies.add_tails(found));
-        self.stores = films.into_iter().map(BlockFilm::into_store).collect();
+        BlockStore::give_back(films.into_iter().map(BlockFilm::into_store));
         start.elapsed().as_secs_f64()
     }
 

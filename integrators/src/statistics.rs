@@ -138,19 +138,17 @@ impl ImageMoments {
         let mut added = products.to_vec();
         let length = self.mean.len();
         let at_once = 2 * rayon::current_num_threads() * PIECE * self.layers * 3;
-        let mut bytes = vec![0; 8 * at_once.min(length)];
-        let mut read = |first: usize, take: &mut dyn FnMut(usize, &[[u8; 8]])| {
-            let bytes = &mut bytes[..8 * at_once.min(length - first)];
-            from.read_exact(bytes)?;
-            take(first, bytes.as_chunks().0);
-            io::Result::Ok(())
-        };
-        let firsts = || (0..length).step_by(at_once);
-        firsts()
-            .try_for_each(|first| read(first, &mut |first, means| self.move_means(first, count, means, &mut added)))?;
-        firsts().try_for_each(|first| {
-            read(first, &mut |first, m2| add_numbers(&mut self.m2[first..first + m2.len()], m2))
-        })?;
+        let mut numbers = vec![[0; 8]; at_once.min(length)];
+        for first in (0..length).step_by(at_once) {
+            let means = &mut numbers[..at_once.min(length - first)];
+            from.read_exact(means.as_flattened_mut())?;
+            self.move_means(first, count, means, &mut added);
+        }
+        for m2 in self.m2.chunks_mut(at_once) {
+            let others = &mut numbers[..m2.len()];
+            from.read_exact(others.as_flattened_mut())?;
+            add_numbers(m2, others);
+        }
         self.count_in(count, &added);
         Ok(added)
     }

@@ -99,6 +99,9 @@ fn the_other_engines_are_given_the_same_commands() {
     has(&written(folder.path(), "Snakefile"), &rules);
     let volume = ["--image", "lab/neumann:1", "--claim", "results", "--jobs", "2", "--program", "neumann"];
     succeed(folder.path(), &submit("kubernetes", &volume));
+    for given in [&volume[..2], &volume[2..4]] {
+        refused(folder.path(), &submit("kubernetes", given), &["--image", "--claim"]);
+    }
     let lines = [
         "kind: Job\n",
         "completionMode: Indexed\n  completions: 4\n  parallelism: 2\n  backoffLimitPerIndex: 3\n",

@@ -6,7 +6,6 @@
 //! the first pilot's variances were chosen for being small, and are too small on average. What the composite renders shares no number with either.
 
 use crate::error::Error;
-use crate::path_class::missing;
 use crate::stop::Stop;
 use crate::subject::small_size;
 use confirm::{Group, confirm};
@@ -35,8 +34,8 @@ pub const PILOT_PART: f64 = 0.08;
 const FIRST_PART: f64 = 0.3;
 /// The most samples of an image of the first pilot: what long renders would learn beyond is not worth their time.
 const MOST: f64 = 16.0;
-/// The most samples of an image of the second one, and how many it has where there are more of them than [`REPLICATES`] images of fewer: many images tell a variance better than
-/// many samples of few, and what slows a machine for a while hits all methods alike.
+/// The most samples of an image of the second one: where there are more than [`REPLICATES`] images of these, there are more images. They tell a
+/// variance better than many samples of few do, and what slows a machine for a while hits all methods alike.
 const SECOND_SAMPLES: f64 = 4.0;
 /// The most images of the second pilot.
 const SECOND_MOST: f64 = 256.0;
@@ -187,7 +186,7 @@ fn choose(
             layers.iter().zip(&entry.carries).filter(|(_, c)| !**c).map(|(layer, _)| layer.label()).collect();
         if !lost.is_empty() {
             let (label, orders) = (entry.run.label(), lost.join(", "));
-            let light = missing(entry.method, scene).join(", and ");
+            let light = entry.lost.join(", and ");
             let light = if light.is_empty() { light } else { format!(" (it lacks {light})") };
             left_out.push(format!("{label} does not carry all light of order {orders}{light}"));
         }

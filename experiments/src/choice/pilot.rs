@@ -31,6 +31,8 @@ pub struct Entry<'m> {
     pub method: &'m dyn Integrator,
     /// How it would render all layers.
     pub settings: RenderSettings,
+    /// The light that it loses.
+    pub lost: Vec<String>,
     /// Which of the layers it carries.
     pub carries: Vec<bool>,
 }
@@ -57,7 +59,7 @@ impl<'m> Entry<'m> {
             role: Role::Pilot,
             ..settings.clone()
         };
-        Self { run, method, settings, carries }
+        Self { run, method, settings, lost, carries }
     }
 
     /// Its settings for some layers alone; `number` tells pilots from one another.

@@ -5,7 +5,6 @@ use super::stream::{self, Take};
 use super::{FOLDER, Foreign, ShardPlan, difference};
 use crate::error::Error;
 use crate::result::Origin;
-use integrators::state::damaged;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
 use std::io::{self, Read};
@@ -49,7 +48,7 @@ impl Shards {
     /// Has the records of the unit whose numbers follow from what has this hash taken in order, until `take` breaks.
     ///
     /// # Errors
-    /// If a record cannot be read or taken, or does not fit its hash, or there is none.
+    /// If a record cannot be read or taken, some of it is left, it does not fit its hash, or there is none.
     pub fn each(&self, content: &blake3::Hash, take: &mut Take) -> Result<(), Error> {
         let records = self.units.get(content).map(|&unit| self.records[unit].as_slice());
         match records.filter(|records| !records.is_empty()) {
@@ -61,12 +60,12 @@ impl Shards {
     /// Reads the one record of a unit that is not divided.
     ///
     /// # Errors
-    /// Those of [`Self::each`], and if `read` leaves some of it.
+    /// Those of [`Self::each`].
     pub fn read<T>(&self, content: &blake3::Hash, read: impl Fn(&mut dyn Read) -> io::Result<T>) -> Result<T, Error> {
         let mut value = None;
         self.each(content, &mut |_, bytes| {
             value = Some(read(bytes)?);
-            if bytes.limit() == 0 { Ok(ControlFlow::Break(())) } else { Err(damaged("it is longer than it should be")) }
+            Ok(ControlFlow::Break(()))
         })?;
         value.ok_or_else(|| Error::usage("the plan lacks what this experiment asks for; plan anew in another folder"))
     }

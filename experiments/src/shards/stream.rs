@@ -2,6 +2,7 @@
 
 use super::file::{PIECE, Place, Record};
 use crate::error::Error;
+use integrators::state::damaged;
 use std::fs::File;
 use std::io::{self, Read};
 use std::ops::ControlFlow;
@@ -13,13 +14,13 @@ use std::thread;
 const HELD: usize = 16;
 const MEND: &str = "remove it, and run its shard again";
 
-/// What takes a record and its bytes, and says whether there shall be more. That the bytes are what was written is known when all are taken.
+/// What takes a record and all of its bytes, and says whether there shall be more. That the bytes are what was written is known when all are taken.
 pub type Take<'a> = dyn FnMut(&Place, &mut io::Take<&mut dyn Read>) -> io::Result<ControlFlow<()>> + 'a;
 
 /// Reads records, each given by the number of its file, and has them taken in order until there are no more or `take` breaks.
 ///
 /// # Errors
-/// If a record cannot be read or taken, or its hash does not fit: some of it may have been taken then, and all before it.
+/// If a record cannot be read or taken, some of it is left, or its hash does not fit: some of it may have been taken then, and all before it.
 pub fn records(files: &[PathBuf], records: &[(usize, Place)], take: &mut Take) -> Result<(), Error> {
     thread::scope(|scope| {
         let (full, filled) = channel();
@@ -31,7 +32,11 @@ pub fn records(files: &[PathBuf], records: &[(usize, Place)], take: &mut Take) -
         for &(file, ref place) in records {
             let failed = |source| Error::Io { action: "read", path: files[file].clone(), source, mend: MEND };
             let from: &mut dyn Read = &mut pieces;
-            let taken = take(place, &mut from.take(place.length)).map_err(failed)?;
+            let mut bytes = from.take(place.length);
+            let taken = take(place, &mut bytes).map_err(failed)?;
+            if bytes.limit() > 0 {
+                return Err(failed(damaged("it is longer than it should be")));
+            }
             pieces.end().map_err(failed)?;
             if taken.is_break() {
                 break;
@@ -106,7 +111,7 @@ impl Pieces {
         Ok(())
     }
 
-    /// Leaves out what is left of the record, and goes on to the next one.
+    /// Waits for what the hash of a record that has been taken says, and goes on to the next one.
     fn end(&mut self) -> io::Result<()> {
         while !self.ended {
             self.next()?;

@@ -60,7 +60,7 @@ impl Rectangle {
     /// Whether a point is behind it, so far off its plane that no rounding brings it to the front.
     #[inline]
     pub fn is_behind(&self, p: Vec3) -> bool {
-        (p.as_dvec3() - self.middle).dot(self.axes[2]) < -self.least_height
+        (self.middle - p.as_dvec3()).dot(self.axes[2]) > self.least_height
     }
 
     /// As it is seen from a point; `None` if that is not near, or all but in its plane. Places on it are shares of the sides that
