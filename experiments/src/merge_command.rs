@@ -37,7 +37,7 @@ pub fn merge(args: &MergeArgs, methods: &Methods, verbosity: Verbosity, stop: &S
     let shards = match find(Look::Records)? {
         Found::All(shards) => shards,
         // What else is wrong is told as well.
-        Found::Faults(..) => return told(path, find(Look::Bytes)?),
+        Found::Faults(_) => return told(path, find(Look::Bytes)?),
     };
     let origins = shards.origins.clone();
     let mut states = States::of_shards(shards);
@@ -67,7 +67,7 @@ pub fn merge(args: &MergeArgs, methods: &Methods, verbosity: Verbosity, stop: &S
 
 /// Says what is wrong with the shards.
 fn told(path: &Path, found: Found) -> Result<Status, Error> {
-    let faults = if let Found::Faults(faults, _) = found { faults.join("\n") } else { AGAIN.to_owned() };
+    let faults = if let Found::Faults(faults) = found { faults.told.join("\n") } else { AGAIN.to_owned() };
     eprintln!("error: the shards in {} cannot be merged\n{faults}", path.display());
     Ok(Status::Failed)
 }

@@ -10,7 +10,7 @@
 //! |---|---|
 //! | `mean` | image mean \[W/(m²·sr)\] |
 //! | `variance` | image mean of the variance of one sample: that of a replicate times its samples |
-//! | `gain`, `gain_predicted` | efficiency of a composite on the sum of all orders over that of the best other method, measured and as its pilots predicted |
+//! | `gain`, `gain_predicted`, `gain_with_pilots` | efficiency of a composite on the sum of all orders over that of the best other method, measured, as its pilots predicted, and measured with their time |
 //! | `chosen:METHOD` | a composite leaves the row's order to this method, which takes this part of its time |
 //! | `covariance:J` | image mean of the covariance of one sample between this row's order and order J ≥ it |
 //! | `efficiency` | 1 / (variance of a replicate · its seconds) |

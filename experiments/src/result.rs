@@ -162,6 +162,8 @@ pub struct ChoiceRow {
     /// Its efficiency on the image's sum over that of the best single method of the experiment, and which one that is; `None` where the
     /// experiment has none that carries all of the light.
     pub gain: Option<(String, Estimate)>,
+    /// The part of its time in which it renders; the rest is its pilots'.
+    pub rendering: f64,
     /// The measured variance of one sample of each run's orders, the composite's, image and channel mean.
     pub variances: Vec<f64>,
 }

@@ -24,30 +24,28 @@ pub const FOLDER: &str = "submit";
 /// # Errors
 /// If there is no plan and none can be made, files cannot be written, or the engine is not there.
 pub fn submit(args: &SubmitArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
-    if args.engine == Engine::Kubernetes && (args.image.is_none() || args.claim.is_none()) {
-        return Err(Error::usage(
-            "kubernetes needs to know what to run and where results are: give --image, a container with neumann in it, and --claim, a volume's",
-        ));
-    }
+    args.engine.check(args)?;
     let source = crate::source::Source::open(&args.experiment)?;
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("results").join(&source.name));
     plan_if_asked(args, &folder, methods, stop)?;
     let plan = ShardPlan::read(&folder)?;
     plan.check_source(&source)?;
     let folder = std::path::absolute(&folder).unwrap_or(folder);
-    let missing =
-        match budget::pool(args.threads)?.install(|| Shards::find(&folder, &plan, Foreign::Refused, Look::Bytes))? {
-            Found::All(_) => {
-                let merge = quoted(&folder.to_string_lossy());
-                print(&format!("all {} shards are complete: neumann merge {merge}\n", plan.count()))?;
-                return Ok(Status::Done);
-            }
-            Found::Faults(faults, missing) if missing.is_empty() => {
-                eprintln!("error: the shards in {} cannot be merged\n{}", folder.display(), faults.join("\n"));
-                return Ok(Status::Failed);
-            }
-            Found::Faults(_, missing) => missing,
-        };
+    let missing = match budget::pool(args.threads)?
+        .install(|| Shards::find(&folder, &plan, Foreign::Refused, Look::Bytes))?
+    {
+        Found::All(_) => {
+            let merge = quoted(&folder.to_string_lossy());
+            print(&format!("all {} shards are complete: neumann merge {merge}\n", plan.count()))?;
+            return Ok(Status::Done);
+        }
+        Found::Faults(faults) if !faults.by_hand.is_empty() => {
+            let told = faults.by_hand.join("\n");
+            eprintln!("error: the shards in {} could not be merged, whatever is rendered\n{told}", folder.display());
+            return Ok(Status::Failed);
+        }
+        Found::Faults(faults) => faults.missing,
+    };
     let task = Task { plan: &plan, folder: &folder, program: program(args), missing: &missing, args };
     let files = args.engine.files(&task);
     let home = folder.join(FOLDER);
@@ -120,7 +118,13 @@ fn go(engine: Engine, script: &Path) -> Result<Status, Error> {
     let status = Command::new("sh").arg(script).status();
     match status {
         Ok(status) if status.success() => Ok(Status::Done),
-        Ok(_) => Ok(Status::Failed),
+        Ok(status) => {
+            let script = script.display();
+            eprintln!(
+                "error: {script} ended with {status}; what it says stands above, and submitting again runs what is missing then"
+            );
+            Ok(Status::Failed)
+        }
         Err(e) => Err(Error::usage(format!("cannot start {}: {e}", script.display()))),
     }
 }

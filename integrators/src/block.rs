@@ -99,6 +99,11 @@ impl Blocks {
         Self { at_once: 1, ..Self::new(pixels, samples) }
     }
 
+    /// The same with [`SAMPLES_PER_BLOCK`] of each of so many runs of a composite, on average: what a run has in caches serves several samples.
+    pub fn of_runs(pixels: Window, samples: u32, runs: u32) -> Self {
+        Self { at_once: SAMPLES_PER_BLOCK * runs, ..Self::new(pixels, samples) }
+    }
+
     /// The tiles: so many blocks share the numbers of their samples.
     pub fn tiles(&self) -> u64 {
         self.columns.len() as u64 * self.rows.len() as u64
@@ -130,7 +135,8 @@ mod tests {
     #[test]
     fn blocks_cover_every_sample_of_every_pixel_once() {
         let image = Window::whole(37, 18);
-        for blocks in [Blocks::new(image.clone(), 6), Blocks::of_iterations(image, 6)] {
+        let runs = Blocks::of_runs(image.clone(), 6, 3);
+        for blocks in [Blocks::new(image.clone(), 6), Blocks::of_iterations(image, 6), runs] {
             let mut seen = vec![0_u32; 37 * 18 * 6];
             for index in 0..blocks.count() {
                 let block = blocks.block(index);

@@ -40,8 +40,8 @@ pub struct BlockFilm<'r> {
     share: f32,
     /// How often all of a run of a composite counts.
     scale: f32,
-    /// The run of a composite that is at work.
-    run: Option<usize>,
+    /// What the run of a composite that is at work is asked for.
+    run: Option<&'r Request>,
     sums: Vec<f64>,
     splats: Splats,
     /// Non-finite contributions, per layer.
@@ -108,7 +108,7 @@ impl<'r> BlockFilm<'r> {
     pub fn set_run(&mut self, run: usize, scale: f32) {
         self.scale = scale;
         self.share = scale;
-        self.run = Some(run);
+        self.run = self.request.runs().get(run);
     }
 
     /// Ends the block.
@@ -214,7 +214,7 @@ impl BlockFilm<'_> {
     #[inline]
     fn counted(&mut self, c: &Contribution) -> Option<(usize, Spectrum)> {
         let layer = self.request.layer(c.technique.order())?;
-        let foreign = |run: usize| !self.request.runs()[run].wants(c.technique.order());
+        let foreign = |run: &Request| !run.wants(c.technique.order());
         if self.run.is_some_and(|run| fault!("orders_of_other_runs_counted", foreign(run), false)) {
             return None;
         }

@@ -62,11 +62,13 @@ pub struct Fireflies {
     layers: Vec<Vec<Firefly>>,
     /// Of each layer the size above which a contribution is kept.
     least: Vec<f32>,
-    /// Of each layer of the film.
+    /// Of each layer of the film; in a block those of the samples that brought it anything.
     tails: Vec<Tail>,
+    /// Samples that have ended.
+    samples: u64,
     /// Of each layer of the film what the sample at work has brought.
     sample: Vec<f32>,
-    /// The layers of parts to which it has brought anything.
+    /// The layers to which it has brought anything.
     met: Vec<usize>,
     /// Whether there is a sample at work.
     at_work: bool,
@@ -79,6 +81,7 @@ impl Fireflies {
             layers: vec![Vec::new(); series],
             least: vec![0.0; series],
             tails: vec![Tail::default(); layers],
+            samples: 0,
             sample: vec![0.0; layers],
             met: Vec::new(),
             at_work: false,
@@ -104,17 +107,11 @@ impl Fireflies {
 
     /// Ends the sample at work, if there is one.
     pub(crate) fn end_sample(&mut self) {
-        if self.at_work {
-            let series = self.layers.len();
-            for (tail, brought) in self.tails.iter_mut().zip(&mut self.sample[..series]) {
-                tail.add(f64::from(std::mem::take(brought)));
-            }
-            for &part in &self.met {
-                self.tails[part].add(f64::from(std::mem::take(&mut self.sample[part])));
-            }
-            self.met.clear();
+        for &layer in &self.met {
+            self.tails[layer].add(f64::from(std::mem::take(&mut self.sample[layer])));
         }
-        self.at_work = false;
+        self.met.clear();
+        self.samples += u64::from(std::mem::take(&mut self.at_work));
     }
 
     /// Begins a sample.
@@ -124,15 +121,9 @@ impl Fireflies {
         self.at_work = true;
     }
 
-    /// Counts a finite contribution of the sample at work.
+    /// Counts a contribution of the sample at work to a layer of the film. What is beyond all numbers counts as the largest.
     #[inline]
     pub(crate) fn count(&mut self, layer: usize, size: f32) {
-        self.sample[layer] += size;
-    }
-
-    /// Counts a contribution of the sample at work to a part of the image. What is beyond all numbers counts as the largest.
-    #[inline]
-    pub(crate) fn count_part(&mut self, layer: usize, size: f32) {
         if size > 0.0 {
             if self.sample[layer] == 0.0 {
                 self.met.push(layer);
@@ -190,13 +181,13 @@ impl Fireflies {
         self.add_tails(other);
     }
 
-    /// Takes in the tails that a block's film has gathered over a replicate.
-    pub(crate) fn add_tails(&mut self, block: &Self) {
-        self.tails.iter_mut().zip(&block.tails).for_each(|(tail, other)| tail.merge(other));
-        // To parts most samples bring nothing, and were not counted.
-        let samples = self.tails.first().map_or(0, |tail| tail.count);
-        for tail in &mut self.tails[self.layers.len()..] {
-            tail.add_zeros(samples - tail.count);
+    /// Takes in the tails that a block's film has gathered over a replicate, or those of replicates that follow.
+    pub(crate) fn add_tails(&mut self, other: &Self) {
+        self.samples += other.samples;
+        for (tail, other_tail) in self.tails.iter_mut().zip(&other.tails) {
+            tail.merge(other_tail);
+            // To most layers of parts, most samples bring nothing.
+            tail.add_zeros(other.samples - other_tail.count);
         }
     }
 }
@@ -216,6 +207,10 @@ impl Stored for Fireflies {
         }
         let mut found = Self::new(layers.len(), tails.len());
         found.tails = tails.into_iter().map(|StoredTail(tail)| tail).collect();
+        found.samples = found.tails.first().map_or(0, |tail| tail.count);
+        if found.tails.iter().any(|tail| tail.count != found.samples) {
+            return Err(damaged("tails of other samples"));
+        }
         for (layer, fireflies) in layers.into_iter().enumerate() {
             found.layers[layer] = fireflies;
             found.cut(layer);
@@ -310,8 +305,8 @@ mod tests {
             let mut block = block(&[1.0, 0.0, 5e-9, 7.0 + replicate as f32]);
             block.start_sample();
             block.count(0, 3.0);
-            block.count_part(1, 0.0);
-            block.count_part(1, 2.0 + replicate as f32);
+            block.count(1, 0.0);
+            block.count(1, 2.0 + replicate as f32);
             block.start_sample();
             block.end_sample();
             all.add_block(&block, replicate);

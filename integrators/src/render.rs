@@ -298,7 +298,7 @@ impl<'a> Render<'a> {
         let iterates = self.method.iterates();
         let blocks = match iterates {
             true => Blocks::of_iterations(taken, settings.samples_per_replicate),
-            false => Blocks::new(taken, settings.samples_per_replicate),
+            false => Blocks::of_runs(taken, settings.samples_per_replicate, self.request.runs().len().max(1) as u32),
         };
         // The blocks between two of which the method may want to be told: those of an iteration, or all.
         let together = if iterates { blocks.tiles() } else { blocks.count() };
@@ -314,7 +314,8 @@ impl<'a> Render<'a> {
                 self.group.counters += pass.begin_iteration((first / together) as u32);
             }
             let count = films.len().min((together - first % together) as usize);
-            films[..count].par_iter_mut().enumerate().for_each(|(i, film)| {
+            // One by one: a thread that has ended its own takes any that no other has begun.
+            films[..count].par_iter_mut().enumerate().with_max_len(1).for_each(|(i, film)| {
                 let block: Block = blocks.block(first + i as u64);
                 film.start(block.tile.clone());
                 pass.run(block, film);

@@ -2,6 +2,7 @@
 
 use crate::measurement::Layer;
 use crate::parts::Parts;
+use scenes::description::MAX_ORDER;
 use std::ops::RangeInclusive;
 
 /// A set of orders in `0..=max_order`.
@@ -31,6 +32,9 @@ impl Orders {
             };
             if first > last {
                 return Err(format!("the range `{part}` runs backwards; write {last}-{first}"));
+            }
+            if last > MAX_ORDER {
+                return Err(format!("order {last} lies above {MAX_ORDER}, the highest there is; leave it out"));
             }
             if last > max_order {
                 return Err(format!(

@@ -15,7 +15,7 @@ fn the_ready_experiment_says_who_does_what_and_what_that_has_gained() {
     );
     let records = std::fs::read_to_string(folder.path().join("r/records.csv")).unwrap();
     let quantities = |name: &str| records.lines().filter(|line| line.contains(name)).count();
-    assert_eq!((quantities(",gain,"), quantities(",gain_predicted,")), (1, 1));
+    assert_eq!([",gain,", ",gain_predicted,", ",gain_with_pilots,"].map(quantities), [1, 1, 1]);
     assert!(quantities(",chosen:") >= 9, "an order has no run");
     let report = std::fs::read_to_string(folder.path().join("r/report.html")).unwrap();
     assert!(report.contains("The best method for every order") && report.contains("who does which orders"));

@@ -44,6 +44,12 @@ fn an_array_and_a_merge_are_written_for_slurm_and_later_only_what_is_missing() {
     succeed(folder.path(), &submit("slurm", &["--minutes", "30", "--program", "/opt/neumann"]));
     let lines = ["--array=1,4-5\n", "--time=30\n", "exec /opt/neumann run "];
     has(&written(folder.path(), "array.sbatch"), &lines);
+    // What shards may take is not what the merge may.
+    has(&written(folder.path(), "merge.sbatch"), &["--time=8\n"]);
+    let shards = folder.path().join("p/shards");
+    std::fs::copy(shards.join("0002_of_0005.shard"), shards.join("copy.shard")).unwrap();
+    fails(folder.path(), &submit("slurm", &[]), 1, &["duplicate: ", "copy.shard is shard 2", "remove it: rm "]);
+    std::fs::remove_file(shards.join("copy.shard")).unwrap();
     fails(folder.path(), &submit("slurm", &["--seed", "4"]), 2, &["p holds another plan", "--fresh"]);
     render(folder.path(), "p", [1, 4, 5], 5);
     has(&succeed(folder.path(), &submit("slurm", &[])), &["all 5 shards are complete: neumann merge "]);
@@ -63,14 +69,21 @@ fn what_is_written_is_run_where_the_engine_is_there() {
     if !std::env::split_paths("/usr/bin:/bin").any(|path| path.join("sbatch").is_file()) {
         assert!(message.contains("there is no sbatch on the PATH") && message.contains("--engine"), "{message}");
     }
+    let path = tools.join("sbatch");
+    let install = |script: &str| {
+        std::fs::write(&path, script).unwrap();
+        std::fs::set_permissions(&path, PermissionsExt::from_mode(0o755)).unwrap();
+    };
+    install("#!/bin/sh\nexit 3\n");
+    let failed = go("3");
+    let message = text(&failed.stderr);
+    assert!(failed.status.code() == Some(1) && message.contains("slurm.sh ended with exit status: 3"), "{message}");
     // A Slurm that runs every task at once, and kills the second one of the first array.
     let sbatch = "#!/bin/sh\nfor last; do :; done\necho \"$@\" >> log\ncase $last in */array.sbatch)\n\
         for i in $(sed -n 's/#SBATCH --array=//p' $last | sed 's/1-3/1 2 3/'); do\n\
         if [ $i = 2 ] && [ ! -e killed ]; then touch killed; else SLURM_ARRAY_TASK_ID=$i sh $last || exit 1; fi; done; echo 17;;\n\
         *) sh $last > said 2>&1 || true; echo 18;; esac\n";
-    let path = tools.join("sbatch");
-    std::fs::write(&path, sbatch).unwrap();
-    std::fs::set_permissions(&path, PermissionsExt::from_mode(0o755)).unwrap();
+    install(sbatch);
     let output = go("3");
     assert!(output.status.success() && text(&output.stdout).contains("array 17, merge 18"), "{}", text(&output.stderr));
     let said = |folder: &Path| std::fs::read_to_string(folder.join("said")).unwrap();
@@ -112,5 +125,7 @@ fn the_other_engines_are_given_the_same_commands() {
     ];
     has(&written(folder.path(), "shards.yaml"), &lines);
     has(&written(folder.path(), "merge.yaml"), &["backoffLimit: 0\n", "exec neumann merge "]);
+    refused(folder.path(), &submit("parallel", &["--minutes", "9"]), &["--minutes means nothing to parallel", "slurm"]);
+    refused(folder.path(), &submit("slurm", &["--jobs", "2"]), &["--jobs", "only to parallel and kubernetes"]);
     refused(folder.path(), &submit("condor", &[]), &["slurm", "parallel", "snakemake", "kubernetes"]);
 }

@@ -14,11 +14,13 @@ pub fn gains(plan: &Plan, results: &[MethodResult]) -> Vec<ChoiceRow> {
             let Some(own) = of_scene.iter().find(|result| result.label == *label) else { continue };
             let rivals = of_scene.iter().filter(|result| is_rival(result, own));
             let best = rivals.max_by(|a, b| efficiency(a).total_cmp(&efficiency(b)));
+            let seconds: f64 = own.measurement.replicate_seconds.iter().sum();
             rows.push(ChoiceRow {
                 scene: scene.name.clone(),
                 label: label.clone(),
                 choice: chosen.choice.clone(),
                 gain: best.and_then(|best| Some((best.label.clone(), own.efficiency_over(best, None)?))),
+                rendering: seconds / (seconds + chosen.choice.pilot_seconds).max(f64::MIN_POSITIVE),
                 variances: chosen.choice.runs.iter().map(|run| variance(own, &run.layers)).collect(),
             });
         }

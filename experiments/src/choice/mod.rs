@@ -28,17 +28,15 @@ pub mod search;
 /// The methods that take part, with settings.
 pub const TAKE_PART: [(&str, &[(&str, &str)]); 4] =
     [("path", &[]), ("light", &[]), ("bdpt", &[]), ("path", &[("strategy", "emitter")])];
-/// The part of a method's time that is taken for choosing, if a sample a pixel of each pilot takes no more.
-pub const PILOT_PART: f64 = 0.08;
+/// The part of a short render's time that is taken for choosing, if a sample a pixel of each pilot takes no more.
+const PILOT_PART: f64 = 0.08;
+/// Up to how long a render is short: samples of every pixel of the pilots' image, by the mean method, in as much time.
+const SHORT: f64 = 4096.0;
 /// The part of that time that the first pilot has. What it leaves to the second also pays for counting rays.
 const FIRST_PART: f64 = 0.3;
-/// The most samples of an image of the first pilot: what long renders would learn beyond is not worth their time.
-const MOST: f64 = 16.0;
 /// The most samples of an image of the second one: where there are more than [`REPLICATES`] images of these, there are more images. They tell a
 /// variance better than many samples of few do, and what slows a machine for a while hits all methods alike.
 const SECOND_SAMPLES: f64 = 4.0;
-/// The most images of the second pilot.
-const SECOND_MOST: f64 = 256.0;
 
 /// The runs chosen for a scene, and why.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -88,7 +86,10 @@ impl ChosenRun {
 impl Choice {
     /// Who does what: `path orders 1, light orders 0, 2 to 8`.
     pub fn who_does_what(&self) -> String {
-        let run = |run: &ChosenRun| format!("{} orders {}{}", run.run.label(), in_ranges(&run.layers), run.regions());
+        let run = |run: &ChosenRun| {
+            let orders = if run.layers.len() == 1 { "order" } else { "orders" };
+            format!("{} {orders} {}{}", run.run.label(), in_ranges(&run.layers), run.regions())
+        };
         self.runs.iter().map(run).collect::<Vec<_>>().join(", ")
     }
 
@@ -204,7 +205,7 @@ fn choose(
         return Err(no_method(lost));
     }
     let sample = sample_seconds(scene, &entries, &layers, stop)?;
-    let budget = PILOT_PART * seconds(sample / entries.len() as f64);
+    let budget = pilots_seconds(sample / entries.len() as f64, seconds);
     let samples = samples_within(FIRST_PART * budget, sample);
     let pilots = pilot::of_all(scene, &entries, &layers, (1, samples, REPLICATES), stop)?;
     let candidates = pilot::candidates(scene, &entries, &pilots, &layers, stop)?;
@@ -237,15 +238,22 @@ fn sample_seconds(scene: &Scene, entries: &[Entry], layers: &[Layer], stop: &Sto
     Ok(all)
 }
 
+/// The seconds that choosing may take, where a sample of every pixel takes so many by the mean method, and a render of such samples what `seconds` says.
+/// Those of long renders grow by the root of their length: what pilots of n samples leave unknown costs a part of it in proportion to 1/n, and they cost n.
+fn pilots_seconds(sample: f64, seconds: &dyn Fn(f64) -> f64) -> f64 {
+    let whole = seconds(sample);
+    PILOT_PART * whole * (SHORT * sample / whole.max(1e-9)).sqrt().min(1.0)
+}
+
 /// The samples of a pilot's image, by the seconds that all of its images may take, and those of one sample.
 fn samples_within(budget: f64, sample: f64) -> u32 {
-    (budget / (f64::from(REPLICATES) * sample.max(1e-9))).clamp(1.0, MOST) as u32
+    (budget / (f64::from(REPLICATES) * sample.max(1e-9))).max(1.0) as u32
 }
 
 /// The images of the second pilot, and the samples of each, by the seconds that all may take, and those of one sample.
 fn second_size(budget: f64, sample: f64) -> (u32, u32) {
     let samples = budget / sample.max(1e-9);
-    let replicates = (samples / SECOND_SAMPLES).clamp(f64::from(REPLICATES), SECOND_MOST).floor();
+    let replicates = (samples / SECOND_SAMPLES).max(f64::from(REPLICATES)).floor();
     (replicates as u32, (samples / replicates).clamp(1.0, SECOND_SAMPLES) as u32)
 }
 
@@ -277,7 +285,15 @@ mod tests {
             [0.0, 2.0, 40.0, 400.0].map(|budget| second_size(budget, 1.0)),
             [(16, 1), (16, 1), (16, 2), (100, 4)]
         );
-        assert_eq!(second_size(1e5, 1.0), (256, 4));
+    }
+
+    #[test]
+    fn pilots_of_four_times_as_long_a_render_take_twice_as_long() {
+        let of = |samples: f64| pilots_seconds(0.01, &|sample| samples * sample);
+        let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-12, "{a} is not {b}");
+        close(of(1024.0), 0.08 * 10.24);
+        close(of(4096.0), 0.08 * 40.96);
+        close(of(4.0 * 4096.0), 2.0 * of(4096.0));
     }
 
     #[test]

@@ -9,6 +9,8 @@ use crate::statistics::positive;
 use crate::stop::Stop;
 use integrators::composite::Run;
 use integrators::measurement::Counters;
+use integrators::parts::PartSettings;
+use integrators::render;
 use integrators::{Integrator, Layer, Render, RenderSettings, Request, Window};
 use sampling::moments::Moments;
 use sampling::sampler::Role;
@@ -90,21 +92,23 @@ pub struct Pilot<'a> {
 }
 
 impl<'a> Pilot<'a> {
-    /// Of a method with such settings.
+    /// Of a method with such settings. It notes its largest contributions as an experiment's renders do, which takes time.
     ///
     /// # Errors
     /// If the method cannot render the scene.
     pub fn new(scene: &'a Scene, method: &'a dyn Integrator, settings: RenderSettings) -> Result<Self, Error> {
         let samples = f64::from(settings.samples_per_replicate);
         let layers = Request::new(settings.orders.clone(), settings.tail).layers().to_vec();
-        let pixels = scene.camera.width() as usize * scene.camera.height() as usize;
+        let window = Window::whole(scene.camera.width(), scene.camera.height());
+        let pixels = window.width() as usize * window.height() as usize;
+        let request = render::request(scene, method, &settings, &PartSettings::default())?.with_fireflies();
         let covariances = Covariances::new(pixels, layers.len());
         let of_cell = |cell: Window| {
             let pixels = cell.width() as usize * cell.height() as usize;
             (cell, Covariances::new(pixels, layers.len()))
         };
         let cells = if method.splats() { Vec::new() } else { regions::cells(scene).map(of_cell).collect() };
-        let render = Render::new(scene, method, settings)?;
+        let render = Render::of_request(scene, method, settings, window, request)?;
         Ok(Self { render, layers, samples, pixels: pixels as f64, covariances, cells, times: Vec::new() })
     }
 

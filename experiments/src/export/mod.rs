@@ -24,7 +24,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
     /// A file or folder can't be written.
-    #[error("cannot write {path}: {source}")]
+    #[error("cannot write {path}: {source}; make room there, or name a place where files can be written")]
     Write {
         /// The file.
         path: PathBuf,

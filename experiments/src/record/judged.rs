@@ -74,7 +74,9 @@ impl Table {
             self.add(Record { quantity: "gain_predicted", value, ci_low, ci_high, ..total.clone() });
         }
         if let Some((_, gain)) = &row.gain {
-            self.add_estimate(Record { quantity: "gain", ..total }, gain);
+            self.add_estimate(Record { quantity: "gain", ..total.clone() }, gain);
+            let value = gain.value * row.rendering;
+            self.add(Record { quantity: "gain_with_pilots", value, ..total });
         }
         for run in &row.choice.runs {
             let quantity = format!("chosen:{}", run.run.label());

@@ -25,11 +25,12 @@ pub fn sentences(rows: &[&ChoiceRow]) -> Vec<Sentence> {
             let predicted =
                 row.choice.gain.map_or(String::new(), |gain| format!(" predicted {}{expected},", two_digits(gain)));
             sentences.push(plain(format!(
-                "{} has {} times the efficiency of {} on the sum of all orders{interval}; the pilots{predicted} took {} s, which are not counted.",
+                "{} has {} times the efficiency of {} on the sum of all orders{interval}; the pilots{predicted} took {} s, which are not counted: with them it is {} times.",
                 brief(&row.label),
                 two_digits(gain.value),
                 brief(best),
-                two_digits(row.choice.pilot_seconds)
+                two_digits(row.choice.pilot_seconds),
+                two_digits(gain.value * row.rendering)
             )));
         }
         sentences.extend(row.choice.left_out.iter().map(|why| plain(format!("{}: {why}.", brief(&row.label)))));

@@ -102,7 +102,11 @@ fn compositions(rows: &[ChoiceRow]) -> String {
         let gain = row.gain.as_ref().map_or(String::new(), |(best, gain)| {
             let interval = gain.interval.map_or(String::new(), |(low, high)| format!(" [{low:.3}, {high:.3}]"));
             let predicted = row.choice.predicted().map_or(String::new(), |gain| format!("predicted {gain}, "));
-            format!("; efficiency over {best}: {predicted}measured {:.3}{interval}", gain.value)
+            let counted = gain.value * row.rendering;
+            format!(
+                "; efficiency over {best}: {predicted}measured {:.3}{interval}, {counted:.3} with the pilots' time",
+                gain.value
+            )
         });
         format!("{}, {}: {}{gain}\n", row.scene, row.label, row.choice.who_does_what())
     };

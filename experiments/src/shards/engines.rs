@@ -3,6 +3,7 @@
 use super::ShardPlan;
 use super::plan::quoted;
 use crate::cli::SubmitArgs;
+use crate::error::Error;
 use clap::ValueEnum;
 use std::path::Path;
 
@@ -21,6 +22,8 @@ pub enum Engine {
 
 /// Seconds before its limit at which a task is told to end: enough for the replicate at work.
 const NOTICE: u64 = 120;
+/// Bytes a second that every merge reads: an eighth of what it took from a local disk.
+const MERGED: f64 = 1e8;
 
 /// What is to be run.
 pub struct Task<'a> {
@@ -51,6 +54,34 @@ impl Engine {
             }
             Self::Kubernetes => kubernetes(task),
         }
+    }
+
+    /// Refuses flags that mean nothing to it, and asks for those that it needs.
+    ///
+    /// # Errors
+    /// If there is such a flag, or one is lacking.
+    pub fn check(self, args: &SubmitArgs) -> Result<(), Error> {
+        use Engine::*;
+        let flags: [(&str, bool, &[Self]); 6] = [
+            ("--partition", args.partition.is_some(), &[Slurm]),
+            ("--minutes", args.minutes.is_some(), &[Slurm, Snakemake]),
+            ("--hosts", args.hosts.is_some(), &[Parallel]),
+            ("--jobs", args.jobs.is_some(), &[Parallel, Kubernetes]),
+            ("--image", args.image.is_some(), &[Kubernetes]),
+            ("--claim", args.claim.is_some(), &[Kubernetes]),
+        ];
+        let name = |engine: Self| engine.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned());
+        if let Some((flag, _, takers)) = flags.iter().find(|(_, given, takers)| *given && !takers.contains(&self)) {
+            let takers: Vec<String> = takers.iter().map(|&engine| name(engine)).collect();
+            let (engine, takers) = (name(self), takers.join(" and "));
+            return Err(Error::usage(format!("{flag} means nothing to {engine}, only to {takers}; leave it out")));
+        }
+        if self == Kubernetes && (args.image.is_none() || args.claim.is_none()) {
+            return Err(Error::usage(
+                "kubernetes needs to know what to run and where results are: give --image, a container with neumann in it, and --claim, a volume's",
+            ));
+        }
+        Ok(())
     }
 
     /// The command that must be there.
@@ -93,8 +124,19 @@ impl Task<'_> {
     /// Minutes that no shard exceeds on machines that are not slower than a third of the one that made the plan.
     fn minutes(&self) -> u64 {
         let longest = self.missing.iter().map(|&shard| self.plan.estimate(shard).0).fold(0.0, f64::max);
-        self.args.minutes.unwrap_or(((3.0 * longest + 300.0 + NOTICE as f64) / 60.0).ceil() as u64)
+        self.args.minutes.unwrap_or(minutes(3.0 * longest))
     }
+
+    /// Minutes that the merge does not exceed where it reads [`MERGED`] bytes a second.
+    fn merge_minutes(&self) -> u64 {
+        let bytes: u64 = (1..=self.plan.count()).map(|shard| self.plan.estimate(shard).1).sum();
+        minutes(bytes as f64 / MERGED)
+    }
+}
+
+/// Minutes of a limit, by the seconds of work: with time to start, and notice of the end.
+fn minutes(seconds: f64) -> u64 {
+    ((seconds + 300.0 + NOTICE as f64) / 60.0).ceil() as u64
 }
 
 /// Numbers as ranges: `1-3,7`.
@@ -130,7 +172,7 @@ fn slurm(task: &Task) -> Vec<(&'static str, String)> {
         "#!/bin/sh\n#SBATCH --job-name={name}-merge\n#SBATCH --output={}\n#SBATCH --time={}\n{partition}{processors}\
          # Says which shards are missing, if any are: neumann submit then runs these again.\nexec {}\n",
         task.file("merge.log"),
-        task.minutes(),
+        task.merge_minutes(),
         task.merge()
     );
     // A task that is killed must not keep the merge from saying what is missing.

@@ -26,8 +26,33 @@ pub struct Shards {
 pub enum Found {
     /// All that is needed, and nothing else.
     All(Shards),
-    /// What is not as it should be, a line each, with what to do about it; and the shards that have to be rendered.
-    Faults(Vec<String>, Vec<u32>),
+    /// What is not as it should be.
+    Faults(Faults),
+}
+
+/// What is not as it should be.
+#[derive(Default)]
+pub struct Faults {
+    /// All of it, a line each, with what to do about it.
+    pub told: Vec<String>,
+    /// Those of the lines that no rendering mends: files that have to be removed.
+    pub by_hand: Vec<String>,
+    /// The shards that have to be rendered.
+    pub missing: Vec<u32>,
+}
+
+impl Faults {
+    /// Adds one that rendering a shard mends.
+    fn rendering_mends(&mut self, shard: u32, told: String) {
+        self.missing.push(shard);
+        self.told.push(told);
+    }
+
+    /// Adds one that only the user can mend.
+    fn user_mends(&mut self, told: String) {
+        self.by_hand.push(told.clone());
+        self.told.push(told);
+    }
 }
 
 impl Shards {
@@ -38,7 +63,7 @@ impl Shards {
     pub fn find(folder: &Path, plan: &ShardPlan, foreign: Foreign, look: Look) -> Result<Found, Error> {
         let files = files(folder)?;
         let scanned: Vec<io::Result<Contents>> = files.par_iter().map(|path| file::scan(path, look)).collect();
-        let mut survey = Survey { folder, plan, foreign, faults: Vec::new(), good: BTreeMap::new(), bad: Vec::new() };
+        let mut survey = Survey { folder, plan, foreign, faults: Faults::default(), good: BTreeMap::new() };
         for (path, contents) in files.into_iter().zip(scanned) {
             survey.judge(path, contents);
         }
@@ -94,10 +119,8 @@ struct Survey<'a> {
     folder: &'a Path,
     plan: &'a ShardPlan,
     foreign: Foreign,
-    faults: Vec<String>,
+    faults: Faults,
     good: BTreeMap<u32, (PathBuf, Contents)>,
-    /// Shards of which something was said already.
-    bad: Vec<u32>,
 }
 
 impl Survey<'_> {
@@ -107,30 +130,31 @@ impl Survey<'_> {
         let contents = match contents {
             Ok(contents) => contents,
             Err(e) => {
-                let number = (1..=plan.count()).find(|&shard| plan.file(self.folder, shard) == path);
-                let mend = number.map_or(remove, |shard| self.again(shard));
-                return self.faults.push(format!("corrupt: {told} ({}); {mend}", reason(&e)));
+                let told = format!("corrupt: {told} ({})", reason(&e));
+                return match (1..=plan.count()).find(|&shard| plan.file(self.folder, shard) == path) {
+                    Some(shard) => self.faults.rendering_mends(shard, format!("{told}; {}", self.again(shard))),
+                    None => self.faults.user_mends(format!("{told}; {remove}")),
+                };
             }
         };
         let shard = contents.head.shard;
         let ours = contents.head.plan.to_hex().as_str() == plan.hash && (1..=plan.count()).contains(&shard);
         if !ours {
-            return self.faults.push(format!("foreign: {told} is of another plan; {remove}"));
+            return self.faults.user_mends(format!("foreign: {told} is of another plan; {remove}"));
         }
         if let Some(fault) = self.fault(&contents) {
-            let mend = self.again(shard);
-            return self.faults.push(format!("corrupt: {told} ({fault}); {mend}"));
+            let told = format!("corrupt: {told} ({fault}); {}", self.again(shard));
+            return self.faults.rendering_mends(shard, told);
         }
         if let Some(difference) = difference(&plan.origin, &contents.head.origin, self.foreign) {
-            let mend = self.again(shard);
             let accept = format!("accept other bits by neumann merge {} --allow-foreign, or", self.quoted_folder());
-            return self
-                .faults
-                .push(format!("foreign: {told} was rendered by {difference}; {accept} remove it and {mend}"));
+            let mend = format!("{accept} remove it and {}", self.again(shard));
+            self.faults.missing.push(shard);
+            return self.faults.user_mends(format!("foreign: {told} was rendered by {difference}; {mend}"));
         }
         if let Some((first, _)) = self.good.get(&shard) {
             let (first, shard) = (first.display(), contents.head.shard);
-            return self.faults.push(format!("duplicate: {told} is shard {shard} like {first}; {remove}"));
+            return self.faults.user_mends(format!("duplicate: {told} is shard {shard} like {first}; {remove}"));
         }
         self.good.insert(shard, (path, contents));
     }
@@ -144,9 +168,8 @@ impl Survey<'_> {
         })
     }
 
-    /// The command that renders a shard again, of which it is known then that it has to be.
-    fn again(&mut self, shard: u32) -> String {
-        self.bad.push(shard);
+    /// The command that renders a shard again.
+    fn again(&self, shard: u32) -> String {
         format!("run {}", self.plan.command(self.folder, shard))
     }
 
@@ -156,15 +179,14 @@ impl Survey<'_> {
 
     fn end(mut self) -> Found {
         for shard in 1..=self.plan.count() {
-            if !self.good.contains_key(&shard) && !self.bad.contains(&shard) {
-                let mend = self.again(shard);
-                self.faults.push(format!("missing: shard {shard}; {mend}"));
+            if !self.good.contains_key(&shard) && !self.faults.missing.contains(&shard) {
+                self.faults.rendering_mends(shard, format!("missing: shard {shard}; {}", self.again(shard)));
             }
         }
-        if !self.faults.is_empty() {
-            self.bad.sort_unstable();
-            self.bad.dedup();
-            return Found::Faults(self.faults, self.bad);
+        if !self.faults.told.is_empty() {
+            self.faults.missing.sort_unstable();
+            self.faults.missing.dedup();
+            return Found::Faults(self.faults);
         }
         let units = self.plan.units.iter().enumerate();
         let known = units.filter_map(|(i, unit)| Some((blake3::Hash::from_hex(&unit.content).ok()?, i)));

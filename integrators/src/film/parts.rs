@@ -22,7 +22,7 @@ impl Sink for PartsFilm<'_, '_> {
             // A raw value may be beyond all numbers where its weight is 0.
             let raw = if c.value.is_finite() { c.value } else { Spectrum::ZERO };
             let scale = film.scale;
-            film.fireflies.iter_mut().for_each(|found| found.count_part(strategy + 1, size(raw) * scale));
+            film.fireflies.iter_mut().for_each(|found| found.count(strategy + 1, size(raw) * scale));
             let weight = c.weight as f32;
             film.place(&c, strategy, [value, raw, Spectrum::new(weight, 1.0, weight + 1.0)]);
         }
