@@ -107,11 +107,13 @@ impl Fireflies {
 
     /// Ends the sample at work, if there is one.
     pub(crate) fn end_sample(&mut self) {
-        for &layer in &self.met {
-            self.tails[layer].add(f64::from(std::mem::take(&mut self.sample[layer])));
+        if std::mem::take(&mut self.at_work) {
+            for &layer in &self.met {
+                self.tails[layer].add(f64::from(std::mem::take(&mut self.sample[layer])));
+            }
+            self.met.clear();
+            self.samples += 1;
         }
-        self.met.clear();
-        self.samples += u64::from(std::mem::take(&mut self.at_work));
     }
 
     /// Begins a sample.
