@@ -159,13 +159,21 @@ pub struct ChoiceRow {
     pub label: String,
     /// Its runs, and what was predicted.
     pub choice: Choice,
-    /// Its efficiency on the image's sum over that of the best single method of the experiment, and which one that is; `None` where the
-    /// experiment has none that carries all of the light.
-    pub gain: Option<(String, Estimate)>,
-    /// The part of its time in which it renders; the rest is its pilots'.
-    pub rendering: f64,
+    /// What it has gained; `None` where the experiment has no other method that carries all of the light.
+    pub gain: Option<Gain>,
     /// The measured variance of one sample of each run's orders, the composite's, image and channel mean.
     pub variances: Vec<f64>,
+}
+
+/// A composite's efficiency on the image's sum over that of the best other method of its experiment.
+#[derive(Clone, Debug)]
+pub struct Gain {
+    /// Which one that is.
+    pub over: String,
+    /// The ratio.
+    pub ratio: Estimate,
+    /// The ratio where the pilots' time counts as well.
+    pub with_pilots: f64,
 }
 
 /// What a budget without a number of samples goes by.

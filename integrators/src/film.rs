@@ -108,7 +108,7 @@ impl<'r> BlockFilm<'r> {
     pub fn set_run(&mut self, run: usize, scale: f32) {
         self.scale = scale;
         self.share = scale;
-        self.run = self.request.runs().get(run);
+        self.run = Some(&self.request.runs()[run]);
     }
 
     /// Ends the block.

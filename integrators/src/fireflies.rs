@@ -188,7 +188,7 @@ impl Fireflies {
         self.samples += other.samples;
         for (tail, other_tail) in self.tails.iter_mut().zip(&other.tails) {
             tail.merge(other_tail);
-            // To most layers of parts, most samples bring nothing.
+            // Samples that brought it nothing were not counted.
             tail.add_zeros(other.samples - other_tail.count);
         }
     }

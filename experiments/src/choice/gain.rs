@@ -1,7 +1,8 @@
 //! What composites have gained.
 
+use super::Choice;
 use crate::plan::Plan;
-use crate::result::{ChoiceRow, MethodResult};
+use crate::result::{ChoiceRow, Gain, MethodResult};
 use integrators::Bias;
 
 /// Every composite whose runs were chosen, against the best of the experiment's other methods that carry all of the light and are not biased.
@@ -14,18 +15,24 @@ pub fn gains(plan: &Plan, results: &[MethodResult]) -> Vec<ChoiceRow> {
             let Some(own) = of_scene.iter().find(|result| result.label == *label) else { continue };
             let rivals = of_scene.iter().filter(|result| is_rival(result, own));
             let best = rivals.max_by(|a, b| efficiency(a).total_cmp(&efficiency(b)));
-            let seconds: f64 = own.measurement.replicate_seconds.iter().sum();
             rows.push(ChoiceRow {
                 scene: scene.name.clone(),
                 label: label.clone(),
                 choice: chosen.choice.clone(),
-                gain: best.and_then(|best| Some((best.label.clone(), own.efficiency_over(best, None)?))),
-                rendering: seconds / (seconds + chosen.choice.pilot_seconds).max(f64::MIN_POSITIVE),
+                gain: best.and_then(|best| gain(own, best, &chosen.choice)),
                 variances: chosen.choice.runs.iter().map(|run| variance(own, &run.layers)).collect(),
             });
         }
     }
     rows
+}
+
+/// Over another method.
+fn gain(own: &MethodResult, best: &MethodResult, choice: &Choice) -> Option<Gain> {
+    let ratio = own.efficiency_over(best, None)?;
+    let seconds = own.measurement.seconds();
+    let rendering = seconds / (seconds + choice.pilot_seconds).max(f64::MIN_POSITIVE);
+    Some(Gain { over: best.label.clone(), with_pilots: ratio.value * rendering, ratio })
 }
 
 /// Whether a method estimates all that a composite does, with the same numbers of replicates.

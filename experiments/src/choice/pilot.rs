@@ -11,7 +11,7 @@ use integrators::composite::Run;
 use integrators::measurement::Counters;
 use integrators::parts::PartSettings;
 use integrators::render;
-use integrators::{Integrator, Layer, Render, RenderSettings, Request, Window};
+use integrators::{Integrator, Layer, Render, RenderSettings, Window};
 use sampling::moments::Moments;
 use sampling::sampler::Role;
 use scenes::Scene;
@@ -81,7 +81,6 @@ impl<'m> Entry<'m> {
 /// A pilot at work.
 pub struct Pilot<'a> {
     render: Render<'a>,
-    layers: Vec<Layer>,
     samples: f64,
     pixels: f64,
     covariances: Covariances,
@@ -98,18 +97,18 @@ impl<'a> Pilot<'a> {
     /// If the method cannot render the scene.
     pub fn new(scene: &'a Scene, method: &'a dyn Integrator, settings: RenderSettings) -> Result<Self, Error> {
         let samples = f64::from(settings.samples_per_replicate);
-        let layers = Request::new(settings.orders.clone(), settings.tail).layers().to_vec();
         let window = Window::whole(scene.camera.width(), scene.camera.height());
         let pixels = window.width() as usize * window.height() as usize;
         let request = render::request(scene, method, &settings, &PartSettings::default())?.with_fireflies();
-        let covariances = Covariances::new(pixels, layers.len());
+        let layers = request.layers().len();
+        let covariances = Covariances::new(pixels, layers);
         let of_cell = |cell: Window| {
             let pixels = cell.width() as usize * cell.height() as usize;
-            (cell, Covariances::new(pixels, layers.len()))
+            (cell, Covariances::new(pixels, layers))
         };
         let cells = if method.splats() { Vec::new() } else { regions::cells(scene).map(of_cell).collect() };
         let render = Render::of_request(scene, method, settings, window, request)?;
-        Ok(Self { render, layers, samples, pixels: pixels as f64, covariances, cells, times: Vec::new() })
+        Ok(Self { render, samples, pixels: pixels as f64, covariances, cells, times: Vec::new() })
     }
 
     /// Renders an image more.
@@ -146,7 +145,8 @@ impl<'a> Pilot<'a> {
 
     /// The same of some of the layers' sum.
     pub fn variance_over(&self, layers: &[Layer]) -> f64 {
-        let own: Vec<usize> = (0..self.layers.len()).filter(|&i| layers.contains(&self.layers[i])).collect();
+        let found = self.render.layers();
+        let own: Vec<usize> = (0..found.len()).filter(|&i| layers.contains(&found[i])).collect();
         let pairs = own.iter().flat_map(|&i| own.iter().map(move |&j| (i, j)));
         pairs.map(|(i, j)| self.covariances.value(i, j)).sum::<f64>() * self.samples
     }
@@ -171,7 +171,7 @@ impl<'a> Pilot<'a> {
         let moments = |layer: usize| -> Moments {
             self.render.replicate_means().map(|means| means[layer].iter().sum::<f64>() / 3.0).collect()
         };
-        (0..self.layers.len()).map(moments).map(|m| (m.mean, m.variance_of_mean().sqrt())).collect()
+        (0..self.render.layers().len()).map(moments).map(|m| (m.mean, m.variance_of_mean().sqrt())).collect()
     }
 }
 
@@ -219,7 +219,7 @@ pub fn candidates(
     let mut seen: Vec<Vec<Option<(f64, f64)>>> = Vec::new();
     for (entry, pilot) in entries.iter().zip(pilots) {
         let means = pilot.means();
-        let of = |layer: &Layer| pilot.layers.iter().position(|own| own == layer).map(|own| means[own]);
+        let of = |layer: &Layer| pilot.render.layers().iter().position(|own| own == layer).map(|own| means[own]);
         let known = layers.iter().zip(&entry.carries).map(|(layer, carries)| of(layer).filter(|_| *carries));
         seen.push(known.collect());
     }
@@ -258,12 +258,12 @@ fn doubts(pilot: &Pilot) -> Vec<f64> {
         let found = positive::variance(&pilot.covariances.squares(own), own as u64);
         found.interval.map_or(1.0, |(_, high)| (high / found.value).sqrt())
     };
-    (0..pilot.layers.len()).map(doubt).collect()
+    (0..pilot.render.layers().len()).map(doubt).collect()
 }
 
 /// Covariances of one sample between all layers, those that the pilot has not being 0.
 fn covariance(pilot: &Pilot, covariances: &Covariances, doubts: &[f64], layers: &[Layer]) -> Vec<f64> {
-    let place = |layer: &Layer| pilot.layers.iter().position(|own| own == layer);
+    let place = |layer: &Layer| pilot.render.layers().iter().position(|own| own == layer);
     let places: Vec<Option<usize>> = layers.iter().map(place).collect();
     let entry = |i: usize, j: usize| match (places[i], places[j]) {
         (Some(i), Some(j)) => covariances.value(i, j) * doubts[i] * doubts[j] * pilot.samples,

@@ -2,7 +2,7 @@
 
 use super::{Record, Table, order_name};
 use crate::config::Metric;
-use crate::result::{ChoiceRow, ExperimentResult, MethodResult, Target};
+use crate::result::{ChoiceRow, ExperimentResult, Gain, MethodResult, Target};
 use crate::statistics::Estimate;
 use integrators::Layer;
 
@@ -73,10 +73,9 @@ impl Table {
             let (ci_low, ci_high) = row.choice.gain_interval.unzip();
             self.add(Record { quantity: "gain_predicted", value, ci_low, ci_high, ..total.clone() });
         }
-        if let Some((_, gain)) = &row.gain {
-            self.add_estimate(Record { quantity: "gain", ..total.clone() }, gain);
-            let value = gain.value * row.rendering;
-            self.add(Record { quantity: "gain_with_pilots", value, ..total });
+        if let Some(Gain { ratio, with_pilots, .. }) = &row.gain {
+            self.add_estimate(Record { quantity: "gain", ..total.clone() }, ratio);
+            self.add(Record { quantity: "gain_with_pilots", value: *with_pilots, ..total });
         }
         for run in &row.choice.runs {
             let quantity = format!("chosen:{}", run.run.label());

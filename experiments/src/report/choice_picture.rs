@@ -158,7 +158,6 @@ mod tests {
                 pilot_seconds: 1.0,
             },
             gain: None,
-            rendering: 0.5,
             variances: vec![1.0, f64::NAN],
         };
         assert_eq!(layers(&row), ["0", "2", "10", "tail"]);

@@ -8,29 +8,29 @@ use crate::choice::in_ranges;
 use crate::export::markup::Markup;
 use crate::export::notation::brief;
 use crate::plot::two_digits;
-use crate::result::ChoiceRow;
+use crate::result::{ChoiceRow, Gain};
 
 /// The sentences about a scene's composites.
 pub fn sentences(rows: &[&ChoiceRow]) -> Vec<Sentence> {
     let mut sentences = Vec::new();
     for row in rows {
-        if let Some((best, gain)) = &row.gain {
+        if let Some(Gain { over, ratio, with_pilots }) = &row.gain {
             let between = |interval: Option<(f64, f64)>| {
                 let told = interval
                     .map(|(low, high)| format!(", with 95 % between {} and {}", two_digits(low), two_digits(high)));
                 told.unwrap_or_default()
             };
-            let interval = between(gain.interval);
+            let interval = between(ratio.interval);
             let expected = between(row.choice.gain_interval);
             let predicted =
                 row.choice.gain.map_or(String::new(), |gain| format!(" predicted {}{expected},", two_digits(gain)));
             sentences.push(plain(format!(
                 "{} has {} times the efficiency of {} on the sum of all orders{interval}; the pilots{predicted} took {} s, which are not counted: with them it is {} times.",
                 brief(&row.label),
-                two_digits(gain.value),
-                brief(best),
+                two_digits(ratio.value),
+                brief(over),
                 two_digits(row.choice.pilot_seconds),
-                two_digits(gain.value * row.rendering)
+                two_digits(*with_pilots)
             )));
         }
         sentences.extend(row.choice.left_out.iter().map(|why| plain(format!("{}: {why}.", brief(&row.label)))));

@@ -6,7 +6,7 @@ use crate::parts;
 use crate::progress::Verbosity;
 use crate::report::errors;
 use crate::report::summary::{Sentence, Tone};
-use crate::result::{AgreementRow, ChoiceRow, ExperimentResult, RatioRow, Verdict};
+use crate::result::{AgreementRow, ChoiceRow, ExperimentResult, Gain, RatioRow, Verdict};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -99,13 +99,12 @@ fn ratios(rows: &[RatioRow]) -> String {
 /// A line for every composite: who does what, and what that has gained.
 fn compositions(rows: &[ChoiceRow]) -> String {
     let line = |row: &ChoiceRow| {
-        let gain = row.gain.as_ref().map_or(String::new(), |(best, gain)| {
-            let interval = gain.interval.map_or(String::new(), |(low, high)| format!(" [{low:.3}, {high:.3}]"));
+        let gain = row.gain.as_ref().map_or(String::new(), |Gain { over, ratio, with_pilots }| {
+            let interval = ratio.interval.map_or(String::new(), |(low, high)| format!(" [{low:.3}, {high:.3}]"));
             let predicted = row.choice.predicted().map_or(String::new(), |gain| format!("predicted {gain}, "));
-            let counted = gain.value * row.rendering;
             format!(
-                "; efficiency over {best}: {predicted}measured {:.3}{interval}, {counted:.3} with the pilots' time",
-                gain.value
+                "; efficiency over {over}: {predicted}measured {:.3}{interval}, {with_pilots:.3} with the pilots' time",
+                ratio.value
             )
         });
         format!("{}, {}: {}{gain}\n", row.scene, row.label, row.choice.who_does_what())
