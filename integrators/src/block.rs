@@ -5,8 +5,14 @@ use std::ops::Range;
 
 /// Width and height of a tile \[pixels\].
 pub const TILE: u32 = 16;
-/// Samples per pixel in one block.
-pub const SAMPLES_PER_BLOCK: u32 = 4;
+/// Samples per pixel in one block, at least, where there are so many.
+const FEWEST: u32 = 4;
+/// Samples per pixel in one block, at most: what a block ends with, and what is new to caches when it begins, is shared by them.
+const MOST: u32 = 16;
+/// With as many blocks, no thread waits long for another's last one.
+const ENOUGH: u64 = 256;
+/// Samples per pixel in one chain.
+pub const SAMPLES_PER_CHAIN: u32 = 4;
 
 /// A rectangle of pixels, ends excluded.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -88,20 +94,32 @@ pub struct Blocks {
 }
 
 impl Blocks {
-    /// The blocks of some pixels with so many samples each. Tiles are those of the whole image, whatever part of them is taken.
-    pub fn new(pixels: Window, samples: u32) -> Self {
-        let tiles = |pixels: &Range<u32>| pixels.start / TILE..pixels.end.div_ceil(TILE);
-        Self { columns: tiles(&pixels.x), rows: tiles(&pixels.y), pixels, samples, at_once: SAMPLES_PER_BLOCK }
+    /// The blocks of an image of so many samples of each pixel, which so many runs of a composite share; 1 where there are no runs.
+    pub fn new(image: Window, samples: u32, runs: u32) -> Self {
+        let whole = Self::of(image, samples, samples);
+        let at_once = (whole.tiles() * u64::from(samples) / ENOUGH).clamp(FEWEST.into(), MOST.into()) as u32;
+        // What a run has in caches serves several samples.
+        Self { at_once: at_once.max(FEWEST * runs), ..whole }
     }
 
     /// The same with one sample per pixel in each.
-    pub fn of_iterations(pixels: Window, samples: u32) -> Self {
-        Self { at_once: 1, ..Self::new(pixels, samples) }
+    pub fn of_iterations(image: Window, samples: u32) -> Self {
+        Self::of(image, samples, 1)
     }
 
-    /// The same with [`SAMPLES_PER_BLOCK`] of each of so many runs of a composite, on average: what a run has in caches serves several samples.
-    pub fn of_runs(pixels: Window, samples: u32, runs: u32) -> Self {
-        Self { at_once: SAMPLES_PER_BLOCK * runs, ..Self::new(pixels, samples) }
+    /// The same with a chain's in each.
+    pub fn of_chains(image: Window, samples: u32) -> Self {
+        Self::of(image, samples, SAMPLES_PER_CHAIN)
+    }
+
+    fn of(pixels: Window, samples: u32, at_once: u32) -> Self {
+        let tiles = |pixels: &Range<u32>| pixels.start / TILE..pixels.end.div_ceil(TILE);
+        Self { columns: tiles(&pixels.x), rows: tiles(&pixels.y), pixels, samples, at_once }
+    }
+
+    /// Those of some of the image's pixels. Tiles and ranges of samples are those of the whole image, so that its pixels have the same bits.
+    pub fn of_pixels(self, pixels: Window) -> Self {
+        Self::of(pixels, self.samples, self.at_once)
     }
 
     /// The tiles: so many blocks share the numbers of their samples.
@@ -135,8 +153,8 @@ mod tests {
     #[test]
     fn blocks_cover_every_sample_of_every_pixel_once() {
         let image = Window::whole(37, 18);
-        let runs = Blocks::of_runs(image.clone(), 6, 3);
-        for blocks in [Blocks::new(image.clone(), 6), Blocks::of_iterations(image, 6), runs] {
+        let runs = Blocks::new(image.clone(), 6, 3);
+        for blocks in [Blocks::new(image.clone(), 6, 1), Blocks::of_iterations(image, 6), runs] {
             let mut seen = vec![0_u32; 37 * 18 * 6];
             for index in 0..blocks.count() {
                 let block = blocks.block(index);
@@ -149,9 +167,18 @@ mod tests {
     }
 
     #[test]
+    fn blocks_hold_more_samples_where_there_are_many_of_them() {
+        let at_once = |side: u32, samples: u32, runs: u32| {
+            Blocks::new(Window::whole(side, side), samples, runs).block(0).samples.len()
+        };
+        assert_eq!([at_once(64, 64, 1), at_once(256, 8, 1), at_once(256, 64, 1), at_once(1024, 2, 1)], [4, 8, 16, 2]);
+        assert_eq!([at_once(64, 64, 3), at_once(256, 64, 3), at_once(256, 64, 5)], [12, 16, 20]);
+    }
+
+    #[test]
     fn blocks_of_a_window_are_parts_of_the_tiles_of_the_image() {
         let window = Window { x: 15..33, y: 3..17 };
-        let blocks = Blocks::new(window.clone(), 5);
+        let blocks = Blocks::new(Window::whole(37, 18), 5, 1).of_pixels(window.clone());
         let mut seen = vec![0_u32; 37 * 18 * 5];
         for block in (0..blocks.count()).map(|index| blocks.block(index)) {
             assert!(block.tile.x.start / TILE == (block.tile.x.end - 1) / TILE);

@@ -1,9 +1,10 @@
 //! What a method is, and THE LIST of methods.
 
 use crate::bias::Bias;
+use crate::block::{Block, Blocks, Window};
 use crate::composite::{self, Composite};
 use crate::contribution::{Contribution, Sink, Technique};
-use crate::film::{Block, BlockFilm};
+use crate::film::BlockFilm;
 use crate::measurement::Counters;
 use crate::metropolis::{Metropolis, Mmlt, Pssmlt};
 use crate::request::Request;
@@ -207,6 +208,14 @@ pub trait Integrator: Send + Sync {
     /// Whether it works in iterations: whether its passes are told before the samples of each number.
     fn iterates(&self) -> bool {
         false
+    }
+
+    /// How so many samples of each of an image's pixels are cut into blocks.
+    fn blocks(&self, image: Window, request: &Request, samples: u32) -> Blocks {
+        match self.iterates() {
+            true => Blocks::of_iterations(image, samples),
+            false => Blocks::new(image, samples, request.runs().len().max(1) as u32),
+        }
     }
 
     /// Bytes that it keeps besides the film.

@@ -1,6 +1,6 @@
 //! Replicates of one method in one scene.
 
-use crate::film::{Block, BlockFilm, BlockStore, Blocks, Film, Window};
+use crate::film::{Block, BlockFilm, BlockStore, Film, Window};
 use crate::measurement::{Layer, Measurement};
 use crate::method::{Integrator, Replicate};
 use crate::parts::{PartSettings, Parts};
@@ -294,12 +294,10 @@ impl<'a> Render<'a> {
         let key = StreamKey::new(settings.seed, &settings.instance, settings.role, number);
         let replicate = Replicate { number, key, sampler: settings.sampler, samples: settings.samples_per_replicate };
         let (width, height) = (self.scene.camera.width(), self.scene.camera.height());
-        let taken = if self.method.splats() { Window::whole(width, height) } else { self.window.clone() };
+        let image = Window::whole(width, height);
+        let taken = if self.method.splats() { image.clone() } else { self.window.clone() };
+        let blocks = self.method.blocks(image, &self.request, settings.samples_per_replicate).of_pixels(taken);
         let iterates = self.method.iterates();
-        let blocks = match iterates {
-            true => Blocks::of_iterations(taken, settings.samples_per_replicate),
-            false => Blocks::of_runs(taken, settings.samples_per_replicate, self.request.runs().len().max(1) as u32),
-        };
         // The blocks between two of which the method may want to be told: those of an iteration, or all.
         let together = if iterates { blocks.tiles() } else { blocks.count() };
         let mut pass = self.method.begin(self.scene, &self.request, replicate);

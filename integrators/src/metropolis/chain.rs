@@ -4,7 +4,7 @@ use super::Explored;
 use super::point::{Point, Space};
 use super::seeds::{Seeds, turn_to_seed};
 use super::steps::Steps;
-use crate::block::{Block, Blocks, SAMPLES_PER_BLOCK, TILE, Window};
+use crate::block::{Block, Blocks, SAMPLES_PER_CHAIN, TILE, Window};
 use crate::film::{BlockFilm, PartsFilm, PixelSink};
 use crate::method::{Pass, Replicate};
 use crate::scratch::Scratch;
@@ -46,12 +46,12 @@ impl<E: Explored> Chains<'_, E> {
     fn number(&self, block: &Block) -> u64 {
         let columns = self.space.scene.camera.width().div_ceil(TILE);
         let tile = block.tile.y.start / TILE * columns + block.tile.x.start / TILE;
-        u64::from(block.samples.start / SAMPLES_PER_BLOCK) * self.blocks().tiles() + u64::from(tile)
+        u64::from(block.samples.start / SAMPLES_PER_CHAIN) * self.blocks().tiles() + u64::from(tile)
     }
 
     fn blocks(&self) -> Blocks {
         let camera = &self.space.scene.camera;
-        Blocks::new(Window::whole(camera.width(), camera.height()), self.replicate.samples)
+        Blocks::of_chains(Window::whole(camera.width(), camera.height()), self.replicate.samples)
     }
 
     /// Where a chain begins. Each has every seed with its own probability, and all together have every seed as often as they can: they

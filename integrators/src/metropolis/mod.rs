@@ -42,6 +42,7 @@ pub use pssmlt::Pssmlt;
 pub use steps::{Bootstrap, LargeSteps, SmallStep};
 
 use crate::bias::Bias;
+use crate::block::{Blocks, Window};
 use crate::contribution::{Sink, Technique};
 use crate::method::{Estimator, Integrator, Pass, Pixel, Replicate};
 use crate::request::{Orders, Request};
@@ -127,6 +128,10 @@ impl<E: Explored> Integrator for Metropolis<E> {
 
     fn orders(&self, max_order: usize) -> RangeInclusive<usize> {
         self.explored.base().orders(max_order)
+    }
+
+    fn blocks(&self, image: Window, _request: &Request, samples: u32) -> Blocks {
+        Blocks::of_chains(image, samples)
     }
 
     fn carries_subsurface(&self) -> bool {
