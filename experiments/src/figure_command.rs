@@ -1,7 +1,7 @@
 //! `neumann figure`: figures for papers, from images and records.
 
 use crate::cli::{FigureArgs, print};
-use crate::error::{Error, Status};
+use crate::error::{Error, NO_PLACE, Status};
 use crate::export::vector::{Drawing, ENDINGS};
 use crate::figure::file::FigureFile;
 use crate::figure::{crops, images, plots};
@@ -76,7 +76,7 @@ fn of_results(args: &FigureArgs) -> Result<Vec<PathBuf>, Error> {
         let path = path.to_owned();
         move |source| Error::Io { action, path, source, mend }
     };
-    std::fs::create_dir_all(&folder).map_err(io("write", &folder, "name a place where files can be written"))?;
+    std::fs::create_dir_all(&folder).map_err(io("write", &folder, NO_PLACE))?;
     let mut files = Vec::new();
     for path in found {
         let svg = scenes::file::read_text(&path).map_err(io("read", &path, "`neumann report` writes it again"))?;

@@ -1,7 +1,7 @@
 //! `neumann completions` and `neumann man`: what shells and readers of manuals want to know, from the command line's own description.
 
 use crate::cli::{Cli, CompletionsArgs, ManArgs, print};
-use crate::error::{Error, Status};
+use crate::error::{Error, NO_PLACE, Status};
 use crate::export::write_atomically;
 use clap::CommandFactory;
 
@@ -37,7 +37,7 @@ pub fn man(args: &ManArgs) -> Result<Status, Error> {
         action: "write",
         path: folder.clone(),
         source,
-        mend: "name a place where files can be written",
+        mend: NO_PLACE,
     })?;
     for command in program.get_subcommands().filter(|command| command.get_name() != "help") {
         let name = format!("neumann-{}", command.get_name());

@@ -1,6 +1,6 @@
 //! Where results go: checked before any ray is traced, and replaced only as a whole.
 
-use crate::error::Error;
+use crate::error::{Error, NO_PLACE};
 use crate::manifest::MANIFEST;
 use lock::Lock;
 use serde::Deserialize;
@@ -10,7 +10,6 @@ use std::path::{Path, PathBuf};
 
 mod lock;
 
-const MEND: &str = "name a place where files can be written";
 /// Files of ours that are no results begin like this.
 pub const HIDDEN: &str = ".neumann-";
 /// How a folder of unfinished files ends.
@@ -23,7 +22,7 @@ const COMPLETE: &str = ".neumann-complete";
 /// # Errors
 /// If its folder is missing or not writable, or `path` is a folder itself.
 pub fn check_file(path: &Path) -> Result<(), Error> {
-    let failed = |source: io::Error| Error::Io { action: "write", path: path.to_owned(), source, mend: MEND };
+    let failed = |source: io::Error| Error::Io { action: "write", path: path.to_owned(), source, mend: NO_PLACE };
     if path.is_dir() || path.file_name().is_none() {
         return Err(failed(io::Error::other("it is a folder, not a file")));
     }
@@ -76,7 +75,7 @@ impl Folder {
     /// # Errors
     /// If it cannot be created or written, or another process has it.
     pub fn open(path: &Path) -> Result<Self, Error> {
-        let failed = |source: io::Error| Error::Io { action: "write", path: path.to_owned(), source, mend: MEND };
+        let failed = |source: io::Error| Error::Io { action: "write", path: path.to_owned(), source, mend: NO_PLACE };
         let created = path.ancestors().filter(|p| !p.as_os_str().is_empty() && !p.exists()).last().map(Path::to_owned);
         let staging = path.join(format!("{HIDDEN}{}{UNFINISHED}", std::process::id()));
         let mut folder = Self { path: path.to_owned(), staging, created, committed: false, lock: None };
@@ -102,7 +101,7 @@ impl Folder {
     /// If a folder cannot be read.
     pub fn files(&self) -> Result<Vec<String>, Error> {
         let mut files = Vec::new();
-        let failed = |source| Error::Io { action: "read", path: self.staging.clone(), source, mend: MEND };
+        let failed = |source| Error::Io { action: "read", path: self.staging.clone(), source, mend: NO_PLACE };
         collect(&self.staging, "", &mut files).map_err(failed)?;
         files.sort();
         Ok(files)

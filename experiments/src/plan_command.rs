@@ -3,7 +3,7 @@
 use crate::budget;
 use crate::cli::{PlanArgs, print};
 use crate::config::Experiment;
-use crate::error::{Error, Status};
+use crate::error::{Error, NO_PLACE, Status};
 use crate::plan::Plan;
 use crate::progress::{Verbosity, while_loading};
 use crate::run_command;
@@ -83,7 +83,7 @@ fn write(folder: &Path, plan: &ShardPlan) -> Result<(), Error> {
     let shards = folder.join(FOLDER);
     let failed = |action, path: &Path, source| {
         let path = path.to_owned();
-        Error::Io { action, path, source, mend: "name a place where files can be written" }
+        Error::Io { action, path, source, mend: NO_PLACE }
     };
     std::fs::create_dir_all(&shards).map_err(|source| failed("write", &shards, source))?;
     // First the plan: a shard at work then finds out that its own stands no more.

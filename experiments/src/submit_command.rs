@@ -2,7 +2,7 @@
 
 use crate::budget;
 use crate::cli::{ChangeArgs, PlanArgs, SubmitArgs, print};
-use crate::error::{Error, Status};
+use crate::error::{Error, NO_PLACE, Status};
 use crate::export::write_atomically;
 use crate::plan_command;
 use crate::progress::Verbosity;
@@ -49,12 +49,7 @@ pub fn submit(args: &SubmitArgs, methods: &Methods, verbosity: Verbosity, stop: 
     let task = Task { plan: &plan, folder: &folder, program: program(args), missing: &missing, args };
     let files = args.engine.files(&task);
     let home = folder.join(FOLDER);
-    let failed = |source| Error::Io {
-        action: "write",
-        path: home.clone(),
-        source,
-        mend: "name a place where files can be written",
-    };
+    let failed = |source| Error::Io { action: "write", path: home.clone(), source, mend: NO_PLACE };
     std::fs::create_dir_all(&home).map_err(failed)?;
     for (name, text) in &files {
         write_atomically(&home.join(name), text.as_bytes())?;

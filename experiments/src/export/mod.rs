@@ -15,6 +15,7 @@ pub(crate) mod testing;
 pub mod tone;
 pub mod vector;
 
+use crate::error::NO_PLACE;
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -24,7 +25,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
     /// A file or folder can't be written.
-    #[error("cannot write {path}: {source}; make room there, or name a place where files can be written")]
+    #[error("cannot write {path}: {source}; {mend}", mend = NO_PLACE)]
     Write {
         /// The file.
         path: PathBuf,

@@ -1,6 +1,6 @@
 //! One run at a time in a folder of results.
 
-use crate::error::Error;
+use crate::error::{Error, NO_PLACE};
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -23,7 +23,7 @@ impl Lock {
     /// If another process has it, or the folder cannot be written.
     pub fn take(folder: &Path) -> Result<Self, Error> {
         let path = folder.join(FILE);
-        let failed = |source| Error::Io { action: "write", path: folder.to_owned(), source, mend: super::MEND };
+        let failed = |source| Error::Io { action: "write", path: folder.to_owned(), source, mend: NO_PLACE };
         let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
         let mine = format!("{} {since}\n", std::process::id());
         loop {
