@@ -94,7 +94,7 @@ pub struct Blocks {
 }
 
 impl Blocks {
-    /// The blocks of an image of so many samples of each pixel, which so many runs of a composite share; 1 where there are no runs.
+    /// The blocks of an image of so many samples of each pixel, which so many runs of a composite share, if any.
     pub fn new(image: Window, samples: u32, runs: u32) -> Self {
         let whole = Self::of(image, samples, samples);
         let at_once = (whole.tiles() * u64::from(samples) / ENOUGH).clamp(FEWEST.into(), MOST.into()) as u32;
@@ -172,7 +172,7 @@ mod tests {
             Blocks::new(Window::whole(side, side), samples, runs).block(0).samples.len()
         };
         assert_eq!([at_once(64, 64, 1), at_once(256, 8, 1), at_once(256, 64, 1), at_once(1024, 2, 1)], [4, 8, 16, 2]);
-        assert_eq!([at_once(64, 64, 3), at_once(256, 64, 3), at_once(256, 64, 5)], [12, 16, 20]);
+        assert_eq!([at_once(64, 64, 0), at_once(64, 64, 3), at_once(256, 64, 3), at_once(256, 64, 5)], [4, 12, 16, 20]);
     }
 
     #[test]

@@ -214,7 +214,7 @@ pub trait Integrator: Send + Sync {
     fn blocks(&self, image: Window, request: &Request, samples: u32) -> Blocks {
         match self.iterates() {
             true => Blocks::of_iterations(image, samples),
-            false => Blocks::new(image, samples, request.runs().len().max(1) as u32),
+            false => Blocks::new(image, samples, request.runs().len() as u32),
         }
     }
 
