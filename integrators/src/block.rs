@@ -117,6 +117,11 @@ impl Blocks {
         Self { columns: tiles(&pixels.x), rows: tiles(&pixels.y), pixels, samples, at_once }
     }
 
+    /// The same with another number of samples, cut in pieces as long as before.
+    pub fn of_samples(self, samples: u32) -> Self {
+        Self { samples, ..self }
+    }
+
     /// Those of some of the image's pixels. Tiles and ranges of samples are those of the whole image, so that its pixels have the same bits.
     pub fn of_pixels(self, pixels: Window) -> Self {
         Self::of(pixels, self.samples, self.at_once)
@@ -154,7 +159,8 @@ mod tests {
     fn blocks_cover_every_sample_of_every_pixel_once() {
         let image = Window::whole(37, 18);
         let runs = Blocks::new(image.clone(), 6, 3);
-        for blocks in [Blocks::new(image.clone(), 6, 1), Blocks::of_iterations(image, 6), runs] {
+        let as_long = Blocks::new(image.clone(), 1024, 1).of_samples(6);
+        for blocks in [Blocks::new(image.clone(), 6, 1), Blocks::of_iterations(image, 6), runs, as_long] {
             let mut seen = vec![0_u32; 37 * 18 * 6];
             for index in 0..blocks.count() {
                 let block = blocks.block(index);

@@ -187,30 +187,43 @@ struct AtWork<'a> {
 }
 
 impl Composite {
-    /// The runs that have something to do in an image of this width and height, with their samples.
-    fn at_work<'a>(
+    /// By how much more samples the runs that have something to do take of an image than their shares of so many of each pixel, since they take whole
+    /// ones: 1.2 where six are taken for five.
+    pub fn rounding(&self, request: &Request, samples: u32, (width, height): (u32, u32)) -> Vec<f64> {
+        let pixels = f64::from(width) * f64::from(height);
+        let taken = |(_, part, _, average): (usize, &Part, &Request, f64)| {
+            let area = |window: &Window| f64::from(window.width()) * f64::from(window.height());
+            let of =
+                |(samples, windows): &(u32, Vec<Window>)| f64::from(*samples) * windows.iter().map(area).sum::<f64>();
+            part.samples(average, (width, height)).iter().map(of).sum::<f64>() / (pixels * average)
+        };
+        self.busy(&self.runs(request), samples).map(taken).collect()
+    }
+
+    /// The runs that have something to do: number, part, request, and their share of so many samples.
+    fn busy<'a>(
         &'a self,
         requests: &'a [Request],
-        replicate: Replicate,
-        (width, height): (u32, u32),
-    ) -> Vec<AtWork<'a>> {
-        let busy = self.parts.iter().zip(requests).enumerate().filter(|(_, (_, r))| !r.layers().is_empty());
-        let busy: Vec<_> = busy.collect();
+        samples: u32,
+    ) -> impl Iterator<Item = (usize, &'a Part, &'a Request, f64)> {
+        let all = self.parts.iter().zip(requests).enumerate();
+        let busy: Vec<_> = all.filter(|(_, (_, request))| !request.layers().is_empty()).collect();
         let shares: f64 = busy.iter().map(|(_, (part, _))| part.run.share).sum();
-        let all = f64::from(replicate.samples);
+        busy.into_iter()
+            .map(move |(i, (part, request))| (i, part, request, f64::from(samples) * part.run.share / shares))
+    }
+
+    /// The runs that have something to do in an image of this width and height, with their samples.
+    fn at_work<'a>(&'a self, requests: &'a [Request], replicate: Replicate, size: (u32, u32)) -> Vec<AtWork<'a>> {
         let mut at_work = Vec::new();
-        for (i, (part, request)) in busy {
-            let average = all * part.run.share / shares;
-            let samples = match &part.run.regions {
-                Some(regions) => regions.samples(average, width, height),
-                None => vec![(average.round().max(1.0) as u32, vec![Window::whole(width, height)])],
-            };
-            at_work.extend(samples.into_iter().map(|(samples, windows)| AtWork {
+        for (i, part, request, average) in self.busy(requests, replicate.samples) {
+            at_work.extend(part.samples(average, size).into_iter().map(|(samples, windows)| AtWork {
                 number: i,
                 method: &*part.method,
                 request,
                 replicate: Replicate { key: replicate.key.of_part(i as u32), samples, ..replicate },
-                scale: fault!("share_of_a_run_forgotten", all / f64::from(samples), 1.0) as f32,
+                scale: fault!("share_of_a_run_forgotten", f64::from(replicate.samples) / f64::from(samples), 1.0)
+                    as f32,
                 windows,
             }));
         }

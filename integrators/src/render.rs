@@ -129,6 +129,8 @@ pub struct Render<'a> {
     last_group: (u32, Vec<[f64; 3]>),
     /// Seconds in which blocks were put together.
     merging: f64,
+    /// Of how many samples a replicate is whose blocks have as many as this one's.
+    cut_as: u32,
 }
 
 impl<'a> Render<'a> {
@@ -180,6 +182,7 @@ impl<'a> Render<'a> {
         Ok(Self {
             scene,
             method,
+            cut_as: settings.samples_per_replicate,
             settings,
             film: Film::new(width, height, layers),
             group: Tally::new(pixels, &grid, layers, series),
@@ -190,6 +193,11 @@ impl<'a> Render<'a> {
             window,
             merging: 0.0,
         })
+    }
+
+    /// Cuts its replicates in blocks as long as those of a replicate of so many samples: one of few takes as much time for each of them then.
+    pub fn cut_as(self, samples: u32) -> Self {
+        Self { cut_as: samples, ..self }
     }
 
     /// Bytes of film and statistics for an image of so many pixels and layers, the working set of threads apart.
@@ -296,7 +304,8 @@ impl<'a> Render<'a> {
         let (width, height) = (self.scene.camera.width(), self.scene.camera.height());
         let image = Window::whole(width, height);
         let taken = if self.method.splats() { image.clone() } else { self.window.clone() };
-        let blocks = self.method.blocks(image, &self.request, settings.samples_per_replicate).of_pixels(taken);
+        let blocks =
+            self.method.blocks(image, &self.request, self.cut_as).of_samples(replicate.samples).of_pixels(taken);
         let iterates = self.method.iterates();
         // The blocks between two of which the method may want to be told: those of an iteration, or all.
         let together = if iterates { blocks.tiles() } else { blocks.count() };

@@ -1,17 +1,22 @@
 //! The second pilot: what the runs that were chosen take and leave, on random numbers that they were not chosen by.
 
-use super::pilot::{Entry, Pilot, take_turns};
+use super::pilot::{Entry, Pilot, mean, take_turns};
 use super::regions::Division;
-use super::{Choice, ChosenRun, search};
+use super::timing::Timing;
+use super::{Budget, Choice, ChosenRun, search, second_size};
 use crate::error::Error;
 use crate::statistics::positive::{Stratum, log_sum, recursion};
 use crate::stop::Stop;
-use integrators::Layer;
 use integrators::composite::{Regions, Run};
+use integrators::{Layer, Methods};
 use scenes::Scene;
 
 /// The part of an undivided image's product of variance and seconds below which a divided one's must lie.
 const PAYS: f64 = 0.96;
+/// The part of what is left for a second pilot that is kept for timing.
+const TIMING_PART: f64 = 0.4;
+/// The gain above which more pilots may be worth their time, where its interval reaches below 1.
+const WORTH: f64 = 1.1;
 
 /// Layers that were left to a candidate, and the division of the image for them.
 pub struct Group {
@@ -23,10 +28,34 @@ pub struct Group {
     pub division: Option<Division>,
 }
 
-/// A group as the second pilot finds it: variance and seconds of one sample, and its runs as candidate, regions, parts of samples and seconds.
+/// A second pilot, as far as it tells of a group's layers.
+struct View {
+    /// Its number.
+    pilot: usize,
+    /// What these layers take of its seconds.
+    part: f64,
+}
+
+/// A group as the second pilot finds it.
 struct Judged {
-    found: (f64, f64),
+    /// What each replicate but the first adds to the variance of one sample.
+    squares: Vec<f64>,
+    /// Seconds of one sample.
+    seconds: f64,
+    /// The runs: candidate, regions, and parts of the samples and of the seconds.
     runs: Vec<(usize, Option<Regions>, f64, f64)>,
+}
+
+impl Judged {
+    /// Variance and seconds of one sample.
+    fn found(&self) -> (f64, f64) {
+        (mean(&self.squares), self.seconds)
+    }
+
+    /// Their product.
+    fn product(&self) -> f64 {
+        mean(&self.squares) * self.seconds
+    }
 }
 
 impl Group {
@@ -36,152 +65,221 @@ impl Group {
     }
 
     /// What its pilots have found, in the order of [`methods`](Self::methods). The image stays undivided where a division does not pay.
-    fn judge(&self, pilots: &[Pilot]) -> Judged {
-        let (variance, seconds) = (pilots[0].variance(), pilots[0].seconds());
-        let whole = Judged { found: (variance, seconds), runs: vec![(self.m, None, 1.0, 1.0)] };
+    fn judge(&self, views: &[View], pilots: &[Pilot]) -> Judged {
+        let pilot = |view: &View| (&pilots[view.pilot], pilots[view.pilot].seconds() * view.part);
+        let (own, seconds) = pilot(&views[0]);
+        let whole = Judged { squares: own.squares(&self.layers), seconds, runs: vec![(self.m, None, 1.0, 1.0)] };
         let Some(division) = &self.division else { return whole };
-        let own: Vec<(Vec<f64>, f64)> = pilots.iter().map(|pilot| (pilot.variances(), pilot.seconds())).collect();
-        let found = division.judged(&own);
-        if found.0 * found.1 >= PAYS * variance * seconds {
+        let mut divided = Judged { squares: vec![0.0; whole.squares.len()], seconds: 0.0, runs: Vec::new() };
+        let mut parts = Vec::new();
+        for (method, view) in views.iter().enumerate() {
+            let (own, seconds) = pilot(view);
+            let squares = division.squares(method, &own.squares_of_cells(&self.layers));
+            divided.squares.iter_mut().zip(squares).for_each(|(sum, square)| *sum += square);
+            parts.push(division.seconds(method, seconds));
+        }
+        divided.seconds = parts.iter().sum();
+        if divided.product() >= PAYS * whole.product() {
             return whole;
         }
         let run = |(method, &(m, _)): (usize, &(usize, Vec<f64>))| {
             let (regions, part) = division.regions(method)?;
-            Some((m, Some(regions), part, division.part(method, &own[method]).1 / found.1))
+            Some((m, Some(regions), part, parts[method] / divided.seconds))
         };
-        Judged { found, runs: division.methods.iter().enumerate().filter_map(run).collect() }
+        let runs = division.methods.iter().enumerate().filter_map(run).collect();
+        Judged { runs, ..divided }
     }
 }
 
-/// Measures the runs chosen, and the methods that carry all layers: those with a pilot in `whole`, the first one, beside which a second is made, of so
-/// many replicates and samples.
+/// Measures the runs chosen, and the `rivals`, methods that carry all layers, each with its first pilot, beside which a second is made. Where the gain is great
+/// and yet in doubt, these go on. Then the composite itself is timed beside the best of the rivals.
 ///
 /// # Errors
 /// If a method cannot render, or the user asked for an end.
 pub fn confirm(
     scene: &Scene,
-    entries: &[Entry],
-    (layers, groups, whole): (&[Layer], &[Group], &[(usize, &Pilot)]),
-    (replicates, samples): (u32, u32),
+    (methods, entries): (&Methods, &[Entry]),
+    (layers, groups, rivals): (&[Layer], &[Group], &[(usize, &Pilot)]),
+    part: &dyn Fn(usize, &[Layer]) -> f64,
+    (mut budget, seconds): (Budget, &[f64]),
     stop: &Stop,
 ) -> Result<Choice, Error> {
-    let mut pilots = Vec::new();
-    let mut add = |m: usize, layers: &[Layer], number: u32| -> Result<(), Error> {
-        pilots.push(Pilot::new(scene, entries[m].method, entries[m].of_layers(layers, number, samples))?);
-        Ok(())
-    };
+    // What a rival's pilot tells of a group's layers is told beside what it tells of all: the same bright samples are in both.
+    let mut asked: Vec<(usize, &[Layer], u32)> = rivals.iter().map(|(m, _)| (*m, layers, 4)).collect();
+    let mut views: Vec<Vec<View>> = Vec::new();
     for group in groups {
-        group.methods().into_iter().try_for_each(|m| add(m, &group.layers, 2))?;
+        let mut view = |m: usize| match rivals.iter().position(|(rival, _)| *rival == m) {
+            Some(pilot) => View { pilot, part: part(m, &group.layers) },
+            None => {
+                asked.push((m, &group.layers, 2));
+                View { pilot: asked.len() - 1, part: 1.0 }
+            }
+        };
+        views.push(group.methods().into_iter().map(&mut view).collect());
     }
-    whole.iter().try_for_each(|(m, _)| add(*m, layers, 4))?;
+    let turn: f64 = asked.iter().map(|(m, layers, _)| seconds[*m] * part(*m, layers)).sum();
+    let (replicates, samples) = second_size((1.0 - TIMING_PART) * budget.left(), turn);
+    let pilot = |&(m, layers, number): &(usize, &[Layer], u32)| {
+        Pilot::new(scene, entries[m].method, entries[m].of_layers(layers, number, samples))
+    };
+    let mut pilots = asked.iter().map(pilot).collect::<Result<Vec<Pilot>, Error>>()?;
     take_turns(&mut pilots, replicates, stop)?;
-    let mut rest = &pilots[..];
-    let judged: Vec<Judged> = groups
-        .iter()
-        .map(|group| {
-            let (own, others) = rest.split_at(group.methods().len());
-            rest = others;
-            group.judge(own)
-        })
-        .collect();
-    let single = Single::best(whole, rest);
-    let found: Vec<(f64, f64)> = judged.iter().map(|judged| judged.found).collect();
-    let shares = search::shares(&found);
-    let time: f64 = found.iter().zip(&shares).map(|((_, seconds), share)| seconds * share).sum();
-    let mut runs = Vec::new();
-    for (i, (group, judged)) in groups.iter().zip(judged).enumerate() {
-        runs.extend(judged.runs.into_iter().map(|(m, regions, samples, seconds)| ChosenRun {
-            run: Run { regions, ..run_of(&entries[m], &group.layers, shares[i] * samples) },
-            layers: group.layers.iter().map(|layer| layer.label()).collect(),
-            time: found[i].1 * shares[i] * seconds / time,
-            variance: found[i].0 / shares[i],
-            single: single.as_ref().map(|single| single.variance(&group.layers)),
-        }));
+    if Found::new((layers, groups, rivals), &views, &pilots).may_be_worth_more() {
+        budget.extend();
+        let more = (1.0 - TIMING_PART) * budget.left() / (turn * f64::from(samples));
+        take_turns(&mut pilots, more as u32, stop)?;
     }
-    let gain = single.as_ref().map(|single| single.product() / search::product(&found, &shares));
-    let gain = gain.filter(|gain| gain.is_finite());
+    let found = Found::new((layers, groups, rivals), &views, &pilots);
     let choice = Choice {
-        gain_interval: gain
-            .zip(single.as_ref())
-            .and_then(|(gain, single)| interval(gain, groups, &found, &pilots, single)),
-        single: single.as_ref().map_or(String::new(), |single| entries[single.m].run.label()),
-        gain,
+        single: found.single.as_ref().map_or(String::new(), |single| entries[single.m].run.label()),
+        gain: None,
+        gain_interval: None,
         left_out: Vec::new(),
         pilot_seconds: 0.0,
-        runs,
+        runs: found.runs(entries),
     };
-    // A division is for what it is known to win: rare bright samples in a pilot make one method look bad, and the interval wide.
-    let least = choice.gain_interval.map(|(low, _)| low).or(choice.gain);
-    let is_worse = least.is_some_and(|least| least < 1.0);
-    let is_one = |m: usize| matches!(&choice.runs[..], [only] if only.run.regions.is_none()) && groups[0].m == m;
-    match single.filter(|single| is_worse || is_one(single.m)) {
-        Some(single) => {
-            let runs = vec![alone_run(&entries[single.m], layers, single.variance(layers))];
-            Ok(Choice { gain: Some(1.0), gain_interval: None, runs, ..choice })
-        }
+    let Some(single) = &found.single else { return Ok(choice) };
+    let is_single = matches!(&choice.runs[..], [only] if only.run.regions.is_none()) && groups[0].m == single.m;
+    let alone = || {
+        let runs = vec![alone_run(&entries[single.m], layers, single.second.variance(layers))];
+        Ok(Choice { gain: Some(1.0), runs, ..choice.clone() })
+    };
+    if is_single || found.gain(None).is_some_and(|gain| gain.most() < 1.0) {
+        return alone();
+    }
+    let pair = found.seconds() + single.second.seconds();
+    let timing = Timing::new(scene, methods, (&choice.runs, &entries[single.m], layers), (&budget, pair), stop)?;
+    match found.gain(Some(&timing)) {
+        // A division is for what it is known to win: rare bright samples in a pilot make one method look bad, and the interval wide.
+        Some(gain) if gain.least() < 1.0 => alone(),
+        Some(gain) => Ok(Choice { gain: Some(gain.value), gain_interval: gain.interval, ..choice }),
         None => Ok(choice),
     }
 }
 
-/// The best method by itself, by the variances of both of its pilots, so that it is not chosen for what one of them finds, and by the seconds of the
-/// second alone: times of day differ in speed, and these were taken by turns with the runs'.
+/// What second pilots have found.
+struct Found<'p> {
+    layers: &'p [Layer],
+    groups: &'p [Group],
+    views: &'p [Vec<View>],
+    pilots: &'p [Pilot<'p>],
+    judged: Vec<Judged>,
+    /// Of the samples.
+    shares: Vec<f64>,
+    single: Option<Single<'p>>,
+}
+
+/// A gain, and where it may lie.
+struct Gain {
+    value: f64,
+    interval: Option<(f64, f64)>,
+}
+
+impl Gain {
+    /// The lower end of the interval.
+    fn least(&self) -> f64 {
+        self.interval.map_or(self.value, |(low, _)| low)
+    }
+
+    /// The upper end.
+    fn most(&self) -> f64 {
+        self.interval.map_or(self.value, |(_, high)| high)
+    }
+}
+
+impl<'p> Found<'p> {
+    /// By the pilots of the rivals and then those of the groups' other methods.
+    fn new(
+        (layers, groups, rivals): (&'p [Layer], &'p [Group], &[(usize, &Pilot)]),
+        views: &'p [Vec<View>],
+        pilots: &'p [Pilot<'p>],
+    ) -> Self {
+        let judged: Vec<Judged> = groups.iter().zip(views).map(|(group, views)| group.judge(views, pilots)).collect();
+        let shares = search::shares(&judged.iter().map(Judged::found).collect::<Vec<_>>());
+        Self { layers, groups, views, pilots, judged, shares, single: Single::best(rivals, pilots, layers) }
+    }
+
+    /// The variance of one sample of the composite.
+    fn variance(&self) -> f64 {
+        self.judged.iter().zip(&self.shares).map(|(judged, share)| judged.found().0 / share).sum()
+    }
+
+    /// Its seconds.
+    fn seconds(&self) -> f64 {
+        self.judged.iter().zip(&self.shares).map(|(judged, share)| judged.seconds * share).sum()
+    }
+
+    /// The runs.
+    fn runs(&self, entries: &[Entry]) -> Vec<ChosenRun> {
+        let time = self.seconds();
+        let mut runs = Vec::new();
+        for ((group, judged), share) in self.groups.iter().zip(&self.judged).zip(&self.shares) {
+            runs.extend(judged.runs.iter().map(|(m, regions, samples, seconds)| ChosenRun {
+                run: Run { regions: regions.clone(), ..run_of(&entries[*m], &group.layers, share * samples) },
+                layers: group.layers.iter().map(|layer| layer.label()).collect(),
+                time: judged.seconds * share * seconds / time,
+                variance: judged.found().0 / share,
+                single: self.single.as_ref().map(|single| single.second.variance(&group.layers)),
+            }));
+        }
+        runs
+    }
+
+    /// Over the best method by itself, by the seconds that each has taken alone or by those of the composite. `None` if there is no such method, or
+    /// nothing varies.
+    fn gain(&self, timing: Option<&Timing>) -> Option<Gain> {
+        let second = self.single.as_ref()?.second;
+        let seconds = timing.map_or(second.seconds() / self.seconds(), |timing| timing.ratio);
+        let value = second.variance(self.layers) / self.variance() * seconds;
+        value.is_finite().then(|| Gain { value, interval: self.interval(value, second, timing) })
+    }
+
+    /// Whether more of the same may be worth its time.
+    fn may_be_worth_more(&self) -> bool {
+        self.gain(None).is_some_and(|gain| gain.value > WORTH && gain.least() < 1.0)
+    }
+
+    /// What the gain may be, as far as variances and seconds are known: that of the best method by itself over those of the groups, to the power of the
+    /// parts of Σ √(V c) that they have.
+    fn interval(&self, gain: f64, second: &Pilot, timing: Option<&Timing>) -> Option<(f64, f64)> {
+        let whole: f64 = self.judged.iter().map(|judged| judged.product().sqrt()).sum();
+        let own = second.squares(self.layers);
+        // Replicates were made by turns, and one pilot may tell of several groups.
+        let mut squares: Vec<(f64, &[f64])> = vec![(1.0, &own)];
+        // What slows a turn slows all images of it, so that seconds are in doubt together.
+        let mut seconds: Vec<f64> = second.times().to_vec();
+        for (judged, views) in self.judged.iter().zip(self.views) {
+            let part = judged.product().sqrt() / whole;
+            squares.push((-part, &judged.squares));
+            let times = self.pilots[views[0].pilot].times();
+            seconds.iter_mut().zip(times).for_each(|(product, time)| *product /= time.powf(part));
+        }
+        // What does not vary has no part of the doubt.
+        squares.retain(|(_, squares)| squares.iter().sum::<f64>() > 0.0);
+        let seconds = timing.map_or(&seconds, |timing| &timing.turns);
+        let strata = [Stratum::new(squares), Stratum::new(vec![(1.0, seconds)])];
+        let (_, (below, above)) = log_sum(&strata, recursion(own.len()), 0)?;
+        Some((gain * (-below).exp(), gain * above.exp()))
+    }
+}
+
+/// The best method by itself.
 struct Single<'p> {
     m: usize,
-    pilots: [&'p Pilot<'p>; 2],
+    second: &'p Pilot<'p>,
 }
 
 impl<'p> Single<'p> {
-    /// The best of those with a first and a second pilot.
-    fn best(first: &'p [(usize, &'p Pilot<'p>)], second: &'p [Pilot<'p>]) -> Option<Self> {
-        let all = first.iter().zip(second).map(|((m, first), second)| Self { m: *m, pilots: [first, second] });
-        all.min_by(|a, b| a.product().total_cmp(&b.product()))
+    /// The best of those with a first and a second pilot, by the variances of both, so that it is not chosen for what one of them finds, and by the seconds
+    /// of the second alone: times of day differ in speed, and these were taken by turns with the runs'.
+    fn best(first: &[(usize, &Pilot)], second: &'p [Pilot<'p>], layers: &[Layer]) -> Option<Self> {
+        let product = |&(i, (_, first)): &(usize, &(usize, &Pilot))| {
+            let squares = [first.squares(layers), second[i].squares(layers)].concat();
+            mean(&squares) * second[i].seconds()
+        };
+        let best = first.iter().enumerate().min_by(|a, b| product(a).total_cmp(&product(b)));
+        best.map(|(i, (m, _))| Self { m: *m, second: &second[i] })
     }
-
-    /// Variance times seconds.
-    fn product(&self) -> f64 {
-        self.pooled(|pilot| pilot.variance()) * self.pilots[1].seconds()
-    }
-
-    /// The variance of one sample's sum over some layers.
-    fn variance(&self, layers: &[Layer]) -> f64 {
-        self.pooled(|pilot| pilot.variance_over(layers))
-    }
-
-    /// A variance by both pilots, each of which counts by the degrees of freedom that its images have.
-    fn pooled(&self, variance: impl Fn(&Pilot) -> f64) -> f64 {
-        let freedom = self.pilots.map(|pilot| pilot.times().len() as f64 - 1.0);
-        let sum: f64 = self.pilots.iter().zip(freedom).map(|(pilot, freedom)| variance(pilot) * freedom).sum();
-        sum / freedom.iter().sum::<f64>()
-    }
-}
-
-/// What the gain may be, as far as the pilots' variances and seconds are known: that of the best method by itself over those of the groups, to the power
-/// of the parts of Σ √(V c) that they have.
-fn interval(
-    gain: f64,
-    groups: &[Group],
-    found: &[(f64, f64)],
-    pilots: &[Pilot],
-    single: &Single,
-) -> Option<(f64, f64)> {
-    let whole: f64 = found.iter().map(|(variance, seconds)| (variance * seconds).sqrt()).sum();
-    let mut first = 0;
-    let mut squares = Vec::new();
-    // What slows a turn slows all images of it, so that seconds are in doubt together.
-    let mut seconds: Vec<f64> = single.pilots[1].times().to_vec();
-    for (group, (variance, time)) in groups.iter().zip(found) {
-        let part = (variance * time).sqrt() / whole;
-        squares.push((-part, pilots[first].squares()));
-        seconds.iter_mut().zip(pilots[first].times()).for_each(|(product, time)| *product /= time.powf(part));
-        first += group.methods().len();
-    }
-    squares.push((1.0, single.pilots.iter().flat_map(|pilot| pilot.squares()).collect()));
-    // What does not vary has no part of the doubt.
-    squares.retain(|(_, squares)| squares.iter().sum::<f64>() > 0.0);
-    squares.push((1.0, seconds));
-    let strata: Vec<Stratum> = squares.iter().map(|(power, own)| Stratum::new(vec![(*power, own)])).collect();
-    let (_, (below, above)) = log_sum(&strata, recursion(single.pilots[1].times().len() - 1), 0)?;
-    Some((gain * (-below).exp(), gain * above.exp()))
 }
 
 /// The best method by itself, where no division is better.

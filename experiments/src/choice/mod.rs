@@ -1,18 +1,21 @@
 //! Which method for which order: the runs of a [`composite`], chosen by pilots.
 //!
 //! Of every [method that may take part](TAKE_PART) a first pilot measures the covariances between its orders, and renders of single orders count the
-//! rays that each of them takes; from these follows [who does what](search), and [in which regions of the image](regions). Then a second pilot, on other random numbers, renders
-//! the runs that were chosen and the best single method, and from what it finds follow the shares of the samples and the gain that is predicted:
-//! the first pilot's variances were chosen for being small, and are too small on average. What the composite renders shares no number with either.
+//! rays that each of them takes; from these follows [who does what](search), and [in which regions of the image](regions). Then a second pilot, on other
+//! random numbers, renders the runs that were chosen and the best single methods, and from what it finds follow the shares of the samples: the first
+//! pilot's variances were chosen for being small, and are too small on average. Last the composite itself is timed beside the best single
+//! method, from which follows the gain that is predicted. What the composite renders shares no number with any of these.
 
 use crate::error::Error;
+use crate::statistics::positive;
 use crate::stop::Stop;
 use crate::subject::small_size;
 use confirm::{Group, confirm};
 use integrators::composite::{self, Run};
 use integrators::{Integrator, Layer, Methods, RenderSettings, Request};
-use pilot::{Entry, Pilot, REPLICATES};
+use pilot::{Entry, Pilot, REPLICATES, take_turns};
 use scenes::Scene;
+use search::Candidate;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::time::Instant;
@@ -24,6 +27,7 @@ mod gain;
 pub mod pilot;
 pub mod regions;
 pub mod search;
+mod timing;
 
 /// The methods that take part, with settings.
 pub const TAKE_PART: [(&str, &[(&str, &str)]); 4] =
@@ -34,6 +38,10 @@ const PILOT_PART: f64 = 0.08;
 const SHORT: f64 = 4096.0;
 /// The part of that time that the first pilot has. What it leaves to the second also pays for counting rays.
 const FIRST_PART: f64 = 0.3;
+/// By how much a variance may be greater than the first pilot finds it for that to be worth more than this one's root of time.
+const DOUBTFUL: f64 = 1.3;
+/// By how much a method's variance times seconds may be greater than that of the best for it to be in question still.
+const RIVAL: f64 = 2.0;
 /// The most samples of an image of the second one: where there are more than [`REPLICATES`] images of these, there are more images. They tell a
 /// variance better than many samples of few do, and what slows a machine for a while hits all methods alike.
 const SECOND_SAMPLES: f64 = 4.0;
@@ -206,23 +214,61 @@ fn choose(
     }
     let sample = sample_seconds(scene, &entries, &layers, stop)?;
     let by_mean = sample / entries.len() as f64;
-    let budget = pilots_seconds(by_mean, seconds(by_mean));
-    let samples = samples_within(FIRST_PART * budget, sample);
-    let pilots = pilot::of_all(scene, &entries, &layers, (1, samples, REPLICATES), stop)?;
+    let mut budget = Budget::new(start, by_mean, seconds(by_mean));
+    let samples = samples_within(FIRST_PART * budget.seconds, sample);
+    let mut pilots = pilot::of_all(scene, &entries, &layers, (1, samples, REPLICATES), stop)?;
+    if doubt(&pilots, &layers) > DOUBTFUL {
+        budget.extend();
+        let more = FIRST_PART * budget.left() / (sample * f64::from(samples));
+        take_turns(&mut pilots, more as u32, stop)?;
+    }
     let candidates = pilot::candidates(scene, &entries, &pilots, &layers, stop)?;
     let (assignment, _) = search::best(&candidates).map_err(no_method)?;
-    let whole = |&m: &usize| candidates[m].carries.iter().all(|&carries| carries);
-    let whole: Vec<(usize, &Pilot)> = (0..entries.len()).filter(whole).map(|m| (m, &pilots[m])).collect();
+    let rivals: Vec<(usize, &Pilot)> = rivals(&candidates).into_iter().map(|m| (m, &pilots[m])).collect();
     let mut groups = Vec::new();
     for (m, set) in search::sets(&assignment, entries.len()).into_iter().enumerate().filter(|(_, set)| !set.is_empty())
     {
         let division = regions::divide(scene, &entries, &candidates, &layers, (m, &set), stop)?;
         groups.push(Group { m, layers: set.iter().map(|&k| layers[k]).collect(), division });
     }
-    let again = groups.iter().flat_map(Group::methods).chain(whole.iter().map(|(m, _)| *m));
-    let sample: f64 = again.map(|m| pilots[m].seconds()).sum();
-    let size = second_size(budget - start.elapsed().as_secs_f64(), sample);
-    Ok(Choice { left_out, ..confirm(scene, &entries, (&layers, &groups, &whole), size, stop)? })
+    let part = |m: usize, own: &[Layer]| {
+        let of = |own: &[Layer]| (0..layers.len()).filter(|&k| own.contains(&layers[k])).collect::<Vec<_>>();
+        let cost = &candidates[m].cost;
+        cost.of(&of(own)) / cost.of(&of(&entries[m].own(&layers)))
+    };
+    let seconds: Vec<f64> = pilots.iter().map(Pilot::seconds).collect();
+    let choice = confirm(scene, (methods, &entries), (&layers, &groups, &rivals), &part, (budget, &seconds), stop)?;
+    Ok(Choice { left_out, ..choice })
+}
+
+/// The seconds that choosing may take.
+struct Budget {
+    start: Instant,
+    /// What is meant to be taken.
+    seconds: f64,
+    /// The most, where there is a reason.
+    most: f64,
+}
+
+impl Budget {
+    /// Of a render that takes `whole` seconds, where a sample of every pixel of the pilots' image takes `sample` by the mean method.
+    ///
+    /// Those of long renders grow by the root of their length: what pilots of n samples leave unknown costs a part of it in proportion to 1/n, and they
+    /// cost n.
+    fn new(start: Instant, sample: f64, whole: f64) -> Self {
+        let most = PILOT_PART * whole;
+        Self { start, seconds: most * (SHORT * sample / whole.max(1e-9)).sqrt().min(1.0), most }
+    }
+
+    /// What is left; negative if more has been taken.
+    fn left(&self) -> f64 {
+        self.seconds - self.start.elapsed().as_secs_f64()
+    }
+
+    /// Lets all be taken that may be.
+    fn extend(&mut self) {
+        self.seconds = self.most;
+    }
 }
 
 /// Seconds of a sample of every pixel by each of the methods.
@@ -239,10 +285,22 @@ fn sample_seconds(scene: &Scene, entries: &[Entry], layers: &[Layer], stop: &Sto
     Ok(all)
 }
 
-/// The seconds that choosing may take, where a sample of every pixel takes so many by the mean method, and the whole render so many.
-/// Those of long renders grow by the root of their length: what pilots of n samples leave unknown costs a part of it in proportion to 1/n, and they cost n.
-fn pilots_seconds(sample: f64, whole: f64) -> f64 {
-    PILOT_PART * whole * (SHORT * sample / whole.max(1e-9)).sqrt().min(1.0)
+/// By how much the variance of the method that seems best by itself may be greater than it is found to be.
+fn doubt(pilots: &[Pilot], layers: &[Layer]) -> f64 {
+    let whole = pilots.iter().filter(|pilot| pilot.has(layers));
+    let product = |pilot: &Pilot| pilot.variance(layers) * pilot.seconds();
+    let best = whole.min_by(|a, b| product(a).total_cmp(&product(b)));
+    let found = best.map(|best| positive::variance(&best.squares(layers), 0));
+    found.and_then(|found| Some(found.interval?.1 / found.value)).unwrap_or(1.0)
+}
+
+/// The methods that carry all layers, but for those that are far from the best of these.
+fn rivals(candidates: &[Candidate]) -> Vec<usize> {
+    let all: Vec<usize> = candidates.first().map_or(Vec::new(), |first| (0..first.carries.len()).collect());
+    let product = |m: usize| candidates[m].variance(&all) * candidates[m].cost.of(&all);
+    let whole: Vec<usize> = (0..candidates.len()).filter(|&m| candidates[m].carries.iter().all(|&c| c)).collect();
+    let least = whole.iter().map(|&m| product(m)).fold(f64::INFINITY, f64::min);
+    whole.into_iter().filter(|&m| product(m) <= RIVAL * least).collect()
 }
 
 /// The samples of a pilot's image, by the seconds that all of its images may take, and those of one sample.
@@ -289,7 +347,7 @@ mod tests {
 
     #[test]
     fn pilots_of_four_times_as_long_a_render_take_twice_as_long() {
-        let of = |samples: f64| pilots_seconds(0.01, 0.01 * samples);
+        let of = |samples: f64| Budget::new(Instant::now(), 0.01, 0.01 * samples).seconds;
         let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-12, "{a} is not {b}");
         close(of(1024.0), 0.08 * 10.24);
         close(of(4096.0), 0.08 * 40.96);

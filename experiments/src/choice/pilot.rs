@@ -18,6 +18,8 @@ use scenes::Scene;
 
 /// Independent images of a pilot: twice the fewest of which variances have intervals, for these are very wide of so few.
 pub const REPLICATES: u32 = 16;
+/// The samples of a replicate as whose its images are cut in blocks: those of long renders have the longest.
+const LONG: u32 = 1024;
 /// Samples per pixel of the renders whose rays are counted.
 const COUNTED: u32 = 2;
 /// By how many standard errors of both a mean must lie below another for the method to lack light.
@@ -107,7 +109,7 @@ impl<'a> Pilot<'a> {
             (cell, Covariances::new(pixels, layers))
         };
         let cells = if method.splats() { Vec::new() } else { regions::cells(scene).map(of_cell).collect() };
-        let render = Render::of_request(scene, method, settings, window, request)?;
+        let render = Render::of_request(scene, method, settings, window, request)?.cut_as(LONG);
         Ok(Self { render, samples, pixels: pixels as f64, covariances, cells, times: Vec::new() })
     }
 
@@ -138,32 +140,35 @@ impl<'a> Pilot<'a> {
         &self.times
     }
 
-    /// The variance of one sample of all layers' sum, image and channel mean.
-    pub fn variance(&self) -> f64 {
-        self.variance_of(&self.covariances)
+    /// The variance of one sample of these layers' sum, image and channel mean.
+    pub fn variance(&self, layers: &[Layer]) -> f64 {
+        mean(&self.squares(layers))
     }
 
-    /// The same of some of the layers' sum.
-    pub fn variance_over(&self, layers: &[Layer]) -> f64 {
-        let found = self.render.layers();
-        let own: Vec<usize> = (0..found.len()).filter(|&i| layers.contains(&found[i])).collect();
-        let pairs = own.iter().flat_map(|&i| own.iter().map(move |&j| (i, j)));
-        pairs.map(|(i, j)| self.covariances.value(i, j)).sum::<f64>() * self.samples
-    }
-
-    /// What each replicate but the first adds to the variance of one sample's sum, see [`positive`].
-    pub fn squares(&self) -> Vec<f64> {
-        self.covariances.squares_of_sum().into_iter().map(|square| square * self.samples).collect()
+    /// What each replicate but the first adds to it, see [`positive`].
+    pub fn squares(&self, layers: &[Layer]) -> Vec<f64> {
+        let squares = self.covariances.squares_over(&self.places(layers));
+        squares.into_iter().map(|square| square * self.samples).collect()
     }
 
     /// The same cell by cell.
-    pub fn variances(&self) -> Vec<f64> {
-        self.cells.iter().map(|(_, covariances)| self.variance_of(covariances)).collect()
+    pub fn squares_of_cells(&self, layers: &[Layer]) -> Vec<Vec<f64>> {
+        let places = self.places(layers);
+        let of = |(_, covariances): &(Window, Covariances)| -> Vec<f64> {
+            covariances.squares_over(&places).into_iter().map(|square| square * self.samples).collect()
+        };
+        self.cells.iter().map(of).collect()
     }
 
-    fn variance_of(&self, covariances: &Covariances) -> f64 {
-        let squares = covariances.squares_of_sum();
-        squares.iter().sum::<f64>() / squares.len() as f64 * self.samples
+    /// Whether it has all of these layers.
+    pub fn has(&self, layers: &[Layer]) -> bool {
+        layers.iter().all(|layer| self.render.layers().contains(layer))
+    }
+
+    /// Where it has these layers.
+    fn places(&self, layers: &[Layer]) -> Vec<usize> {
+        let found = self.render.layers();
+        (0..found.len()).filter(|&i| layers.contains(&found[i])).collect()
     }
 
     /// Image means and their standard errors, layer by layer.
@@ -173,6 +178,11 @@ impl<'a> Pilot<'a> {
         };
         (0..self.render.layers().len()).map(moments).map(|m| (m.mean, m.variance_of_mean().sqrt())).collect()
     }
+}
+
+/// The mean of values.
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// A pilot of every method in the layers that it carries, with this number, so many samples and so many images.

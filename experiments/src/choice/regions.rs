@@ -106,20 +106,24 @@ impl Division {
         }
     }
 
-    /// The variance of one sample in all of the image on average, and its seconds, where methods have such variances by cell and such seconds.
-    pub fn judged(&self, found: &[(Vec<f64>, f64)]) -> (f64, f64) {
-        let parts = (0..self.methods.len()).map(|method| self.part(method, &found[method]));
-        parts.fold((0.0, 0.0), |sum, part| (sum.0 + part.0, sum.1 + part.1))
+    /// What a method's cells add to the mean variance of one sample of all of the image, replicate by replicate, where it has such squares in each cell.
+    pub fn squares(&self, method: usize, squares: &[Vec<f64>]) -> Vec<f64> {
+        let mut sum = vec![0.0; squares.first().map_or(0, Vec::len)];
+        for cell in self.own(method) {
+            let factor = self.areas[cell] / self.weights[cell];
+            sum.iter_mut().zip(&squares[cell]).for_each(|(sum, square)| *sum += factor * square);
+        }
+        sum
     }
 
-    /// What one method adds to that.
-    pub fn part(&self, method: usize, (variances, seconds): &(Vec<f64>, f64)) -> (f64, f64) {
-        let own = (0..self.who.len()).filter(|&cell| self.who[cell] == method);
-        own.fold((0.0, 0.0), |(variance, time), cell| {
-            let (area, weight) = (self.areas[cell], self.weights[cell]);
-            let work = self.methods[method].1[cell];
-            (variance + area * variances[cell] / weight, time + area * seconds * work * weight)
-        })
+    /// What they add to the seconds of one sample, of which the method takes so many by itself.
+    pub fn seconds(&self, method: usize, seconds: f64) -> f64 {
+        let work = &self.methods[method].1;
+        self.own(method).map(|cell| self.areas[cell] * seconds * work[cell] * self.weights[cell]).sum()
+    }
+
+    fn own(&self, method: usize) -> impl Iterator<Item = usize> {
+        (0..self.who.len()).filter(move |&cell| self.who[cell] == method)
     }
 
     /// One method's regions, and its part of the samples; `None` if it has no cell.
@@ -158,7 +162,12 @@ mod tests {
         assert_eq!(divided.weights, [1.8, 0.18]);
         let (regions, part) = divided.regions(0).unwrap();
         assert_eq!((Vec::from(regions), part), (vec![vec![1.8, 0.0]], 1.8 / 1.98));
-        let (variance, seconds) = divided.judged(&[(vec![4.0, 1.0], 1.0), (vec![9.0, 0.04], 1.0)]);
+        let squares = [
+            divided.squares(0, &[vec![3.0, 5.0], vec![0.0; 2]]),
+            divided.squares(1, &[vec![0.0; 2], vec![0.03, 0.05]]),
+        ];
+        let variance: f64 = squares.iter().flatten().sum::<f64>() / 2.0;
+        let seconds = divided.seconds(0, 1.0) + divided.seconds(1, 1.0);
         // With the best weights for standard deviations of 2 and 0.2 the product is the square of their mean.
         assert!((variance * seconds / 1.1_f64.powi(2) - 1.0).abs() < 1e-9, "{variance} {seconds}");
         assert!(division(&found[..1]).regions(1).is_none());

@@ -122,11 +122,18 @@ impl Covariances {
 
     /// The same for the layers' sum: all entries of the matrix.
     pub fn squares_of_sum(&self) -> Vec<f64> {
+        self.squares_over(&(0..self.layers).collect::<Vec<_>>())
+    }
+
+    /// The same for the sum of some layers, which rise.
+    pub fn squares_over(&self, layers: &[usize]) -> Vec<f64> {
         let mut sum = vec![0.0; self.products.first().map_or(0, Vec::len)];
-        let pairs = (0..self.layers).flat_map(|i| (0..=i).map(move |j| (i, j)));
-        for ((i, j), products) in pairs.zip(&self.products) {
-            let times = if i == j { 1.0 } else { 2.0 };
-            sum.iter_mut().zip(products).for_each(|(sum, x)| *sum += times * x);
+        for (place, i) in layers.iter().enumerate() {
+            for j in &layers[..=place] {
+                let times = if i == j { 1.0 } else { 2.0 };
+                let products = &self.products[i * (i + 1) / 2 + j];
+                sum.iter_mut().zip(products).for_each(|(sum, x)| *sum += times * x);
+            }
         }
         self.of_equal_standing(&sum).into_owned()
     }
@@ -201,6 +208,9 @@ mod tests {
         let total = covariances.squares_of_sum().iter().sum::<f64>() / 8.0;
         let all: f64 = (0..9).map(|n| covariances.covariance(n / 3, n % 3, 0).value).sum();
         assert!((total - all).abs() < 1e-12 && covariances.squares(2).len() == 8);
+        let two = covariances.squares_over(&[0, 2]).iter().sum::<f64>() / 8.0;
+        let [own, other, both] = [(0, 0), (2, 2), (0, 2)].map(|(i, j)| covariances.value(i, j));
+        assert!((two - (own + other + 2.0 * both)).abs() < 1e-12);
         assert_eq!(covariance(&[1.0; 5], 0).interval, None);
         assert_eq!(covariance(&[0.0; 9], 0).interval, Some((0.0, 0.0)));
     }

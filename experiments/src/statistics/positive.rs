@@ -22,19 +22,19 @@ use super::{Estimate, Interval};
 pub const VALID_FROM: usize = 8;
 
 /// Most columns of a stratum.
-const COLUMNS: usize = 4;
+const COLUMNS: usize = 5;
 
 /// One or more means over the same replicates, each with its coefficient in a sum of logarithms.
 #[derive(Clone, Debug)]
 pub struct Stratum<'a> {
-    /// Coefficient and values, by replicate: one to four columns with the same number of values.
+    /// Coefficient and values, by replicate: one to five columns with the same number of values.
     pub columns: Vec<(f64, &'a [f64])>,
 }
 
 impl<'a> Stratum<'a> {
     /// Means over the same replicates.
     pub fn new(columns: Vec<(f64, &'a [f64])>) -> Self {
-        assert!((1..=COLUMNS).contains(&columns.len()), "one to four columns");
+        assert!((1..=COLUMNS).contains(&columns.len()), "one to five columns");
         assert!(columns.windows(2).all(|c| c[0].1.len() == c[1].1.len()), "columns of one length");
         Self { columns }
     }

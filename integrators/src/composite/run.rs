@@ -2,6 +2,7 @@
 
 use super::{NAME, Regions};
 use crate::bias::Bias;
+use crate::block::Window;
 use crate::method::{Integrator, Methods};
 use crate::request::{Orders, Request};
 use serde::{Deserialize, Serialize};
@@ -123,6 +124,14 @@ impl Part {
         match why_not {
             Some(why) => Err(format!("{name} cannot be a part: {why}; take path, light or bdpt")),
             None => Ok(Self { run, orders, method }),
+        }
+    }
+
+    /// The numbers of samples that occur where it has so many on average, and the windows of an image that have them.
+    pub fn samples(&self, average: f64, (width, height): (u32, u32)) -> Vec<(u32, Vec<Window>)> {
+        match &self.run.regions {
+            Some(regions) => regions.samples(average, width, height),
+            None => vec![(average.round().max(1.0) as u32, vec![Window::whole(width, height)])],
         }
     }
 

@@ -99,6 +99,24 @@ fn regions_have_samples_of_their_own_and_the_same_mean() {
     }
 }
 
+/// Of 5 samples these shares have 1.5 and 3.5; with weights of 1 and 3, 1.5 are 0.75 and 2.25, of which one and two are taken.
+#[test]
+fn whole_samples_are_taken_for_parts() {
+    let run = |orders: &str, share: f64| json!({"method": "path", "orders": orders, "share": share});
+    let mut by_regions = run("0-1", 3.0);
+    by_regions["regions"] = json!([[1, 3]]);
+    let request = Request::new(Orders::up_to(3), false);
+    let rounding = |first: Value| {
+        let method = Composite::new(&json!({ "runs": [first, run("2-3", 7.0)] }), &Methods::standard()).unwrap();
+        method.rounding(&request, 5, (8, 8))
+    };
+    let close = |found: Vec<f64>, expected: [f64; 2]| {
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
+    };
+    close(rounding(run("0-1", 3.0)), [2.0 / 1.5, 4.0 / 3.5]);
+    close(rounding(by_regions), [1.0, 4.0 / 3.5]);
+}
+
 /// Of 20 samples, 8 are those of each run with a share of 0.4: an average of 4 and 12 here, 8 there.
 /// `direct` adds what the camera sees of order 0 whether or not it is asked for.
 #[test]
