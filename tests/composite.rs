@@ -2,11 +2,13 @@
 //!
 //! False-alarm rate: 0.1 % for each scene (Šidák over orders and blocks), as for every pair of methods.
 
-use crate::support::{Entry, agree, builtin, divided};
+use crate::support::{Entry, agree, builtin, camera, divided, lambert};
+use glam::{DVec3, dvec3};
 use integrators::{Methods, Orders, RenderSettings};
 use neumann::choice::Choice;
 use neumann::stop::Stop;
 use sampling::sampler::{Role, SamplerKind};
+use scenes::{SceneBuilder, Skip};
 use serde_json::{Value, json};
 
 const SIZE: u32 = 16;
@@ -64,6 +66,18 @@ fn runs_in_regions_have_the_means_of_one_method_in_every_built_in_scene() {
     }
 }
 
+fn settings() -> RenderSettings {
+    RenderSettings {
+        orders: Orders::up_to(6),
+        tail: true,
+        samples_per_replicate: 1,
+        seed: 1,
+        sampler: SamplerKind::Independent,
+        instance: String::new(),
+        role: Role::Estimate,
+    }
+}
+
 /// In every built-in scene: all orders have runs whose methods carry them there; and no choice is taken to be worse than the best method
 /// by itself.
 #[test]
@@ -71,16 +85,7 @@ fn pilots_choose_runs_that_carry_every_order_of_every_built_in_scene() {
     let methods = Methods::standard();
     for name in scenes::builtin::NAMES {
         let mut scene = builtin(name, SIZE);
-        let settings = RenderSettings {
-            orders: Orders::up_to(6),
-            tail: true,
-            samples_per_replicate: 1,
-            seed: 1,
-            sampler: SamplerKind::Independent,
-            instance: String::new(),
-            role: Role::Estimate,
-        };
-        let choice = Choice::new(&mut scene, &methods, &settings, &|_| 1.0, &Stop::never()).unwrap();
+        let choice = Choice::new(&mut scene, &methods, &settings(), &|_| 1.0, &Stop::never()).unwrap();
         assert!(choice.gain.is_none_or(|gain| gain >= 1.0) && choice.pilot_seconds > 0.0, "{name}: {choice:?}");
         let mut layers: Vec<&String> = choice.runs.iter().flat_map(|run| &run.layers).collect();
         layers.sort();
@@ -94,4 +99,17 @@ fn pilots_choose_runs_that_carry_every_order_of_every_built_in_scene() {
         assert!(method.unsupported(&scene).is_none() && method.missing_light(&scene.facts).is_empty(), "{name}");
         assert_eq!((scene.camera.width(), scene.camera.height()), (SIZE, SIZE));
     }
+}
+
+/// Without an emitter all is black: nothing varies, nothing is to be gained, and that is soon found.
+#[test]
+fn in_the_dark_there_is_nothing_to_choose_by() {
+    let mut builder = SceneBuilder::new("dark");
+    let material = builder.material(lambert(0.5));
+    builder.quad(dvec3(-1.0, -1.0, 0.0), DVec3::X * 2.0, DVec3::Y * 2.0, material);
+    builder.camera(camera(dvec3(0.0, 0.0, 3.0), DVec3::ZERO, 40.0, SIZE));
+    let mut dark = builder.build(Skip::Unneeded).unwrap();
+    let choice = Choice::new(&mut dark, &Methods::standard(), &settings(), &|_| 1.0, &Stop::never()).unwrap();
+    assert_eq!((choice.gain, choice.gain_interval), (None, None));
+    assert!(choice.pilot_seconds < 60.0 && choice.composite(&Methods::standard()).is_ok());
 }

@@ -80,7 +80,8 @@ pub struct Block {
     pub samples: Range<u32>,
 }
 
-/// How a replicate is cut into blocks. Depends on the image, the pixels whose samples are taken, and the sample count alone.
+/// How a replicate is cut into blocks. Depends on the image, the pixels whose samples are taken, and the number of samples, or that of the replicate as
+/// whose it is cut, alone.
 #[derive(Clone, Debug)]
 pub struct Blocks {
     /// The pixels whose samples are taken.

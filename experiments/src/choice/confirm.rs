@@ -1,9 +1,11 @@
 //! The second pilot: what the runs that were chosen take and leave, on random numbers that they were not chosen by.
 
+use super::budget::{Budget, second_size};
+use super::first::First;
 use super::pilot::{Entry, Pilot, mean, take_turns};
 use super::regions::Division;
 use super::timing::Timing;
-use super::{Budget, Choice, ChosenRun, search, second_size};
+use super::{Choice, ChosenRun, search};
 use crate::error::Error;
 use crate::statistics::positive::{Stratum, log_sum, recursion};
 use crate::stop::Stop;
@@ -13,8 +15,6 @@ use scenes::Scene;
 
 /// The part of an undivided image's product of variance and seconds below which a divided one's must lie.
 const PAYS: f64 = 0.96;
-/// The part of what is left for a second pilot that is kept for timing.
-const TIMING_PART: f64 = 0.4;
 /// The gain above which more pilots may be worth their time, where its interval reaches below 1.
 const WORTH: f64 = 1.1;
 
@@ -22,7 +22,9 @@ const WORTH: f64 = 1.1;
 pub struct Group {
     /// The candidate.
     pub m: usize,
-    /// The layers.
+    /// Which of the layers.
+    pub set: Vec<usize>,
+    /// The same by name.
     pub layers: Vec<Layer>,
     /// The regions, if it may have such.
     pub division: Option<Division>,
@@ -79,7 +81,7 @@ impl Group {
             parts.push(division.seconds(method, seconds));
         }
         divided.seconds = parts.iter().sum();
-        if divided.product() >= PAYS * whole.product() {
+        if divided.product().is_nan() || divided.product() >= PAYS * whole.product() {
             return whole;
         }
         let run = |(method, &(m, _)): (usize, &(usize, Vec<f64>))| {
@@ -91,45 +93,33 @@ impl Group {
     }
 }
 
-/// Measures the runs chosen, and the `rivals`, methods that carry all layers, each with its first pilot, beside which a second is made. Where the gain is great
-/// and yet in doubt, these go on. Then the composite itself is timed beside the best of the rivals.
+/// Measures the runs chosen and the best methods that carry all layers by a second pilot. Where the gain is great and yet in doubt, it goes on. Then the
+/// composite itself is timed beside the best of these methods.
 ///
 /// # Errors
 /// If a method cannot render, or the user asked for an end.
 pub fn confirm(
     scene: &Scene,
-    (methods, entries): (&Methods, &[Entry]),
-    (layers, groups, rivals): (&[Layer], &[Group], &[(usize, &Pilot)]),
-    part: &dyn Fn(usize, &[Layer]) -> f64,
-    (mut budget, seconds): (Budget, &[f64]),
+    methods: &Methods,
+    (first, groups): (&First, &[Group]),
+    mut budget: Budget,
     stop: &Stop,
 ) -> Result<Choice, Error> {
-    // What a rival's pilot tells of a group's layers is told beside what it tells of all: the same bright samples are in both.
-    let mut asked: Vec<(usize, &[Layer], u32)> = rivals.iter().map(|(m, _)| (*m, layers, 4)).collect();
-    let mut views: Vec<Vec<View>> = Vec::new();
-    for group in groups {
-        let mut view = |m: usize| match rivals.iter().position(|(rival, _)| *rival == m) {
-            Some(pilot) => View { pilot, part: part(m, &group.layers) },
-            None => {
-                asked.push((m, &group.layers, 2));
-                View { pilot: asked.len() - 1, part: 1.0 }
-            }
-        };
-        views.push(group.methods().into_iter().map(&mut view).collect());
-    }
-    let turn: f64 = asked.iter().map(|(m, layers, _)| seconds[*m] * part(*m, layers)).sum();
-    let (replicates, samples) = second_size((1.0 - TIMING_PART) * budget.left(), turn);
-    let pilot = |&(m, layers, number): &(usize, &[Layer], u32)| {
-        Pilot::new(scene, entries[m].method, entries[m].of_layers(layers, number, samples))
+    let (entries, layers) = (first.entries, first.layers);
+    let rivals = first.rivals();
+    let (asked, views) = asked(first, groups, &rivals);
+    let turn: f64 = asked.iter().map(|asked| first.pilots[asked.m].seconds() * asked.part).sum();
+    let (replicates, samples) = second_size(budget.second(), turn);
+    let pilot = |asked: &Asked| {
+        Pilot::new(scene, entries[asked.m].method, entries[asked.m].of_layers(asked.layers, asked.number, samples))
     };
     let mut pilots = asked.iter().map(pilot).collect::<Result<Vec<Pilot>, Error>>()?;
     take_turns(&mut pilots, replicates, stop)?;
-    if Found::new((layers, groups, rivals), &views, &pilots).may_be_worth_more() {
+    if Found::new(first, groups, &rivals, &views, &pilots).may_be_worth_more() {
         budget.extend();
-        let more = (1.0 - TIMING_PART) * budget.left() / (turn * f64::from(samples));
-        take_turns(&mut pilots, more as u32, stop)?;
+        take_turns(&mut pilots, (budget.second() / (turn * f64::from(samples))) as u32, stop)?;
     }
-    let found = Found::new((layers, groups, rivals), &views, &pilots);
+    let found = Found::new(first, groups, &rivals, &views, &pilots);
     let choice = Choice {
         single: found.single.as_ref().map_or(String::new(), |single| entries[single.m].run.label()),
         gain: None,
@@ -138,13 +128,13 @@ pub fn confirm(
         pilot_seconds: 0.0,
         runs: found.runs(entries),
     };
-    let Some(single) = &found.single else { return Ok(choice) };
+    let (Some(single), Some(gain)) = (&found.single, found.gain(None)) else { return Ok(choice) };
     let is_single = matches!(&choice.runs[..], [only] if only.run.regions.is_none()) && groups[0].m == single.m;
     let alone = || {
         let runs = vec![alone_run(&entries[single.m], layers, single.second.variance(layers))];
         Ok(Choice { gain: Some(1.0), runs, ..choice.clone() })
     };
-    if is_single || found.gain(None).is_some_and(|gain| gain.most() < 1.0) {
+    if is_single || gain.most() < 1.0 {
         return alone();
     }
     let pair = found.seconds() + single.second.seconds();
@@ -157,9 +147,39 @@ pub fn confirm(
     }
 }
 
+/// A second pilot to be made.
+struct Asked<'a> {
+    m: usize,
+    layers: &'a [Layer],
+    /// What these layers take of the candidate's seconds.
+    part: f64,
+    /// What tells pilots from one another.
+    number: u32,
+}
+
+/// The second pilots, those of the rivals first, and by group which of them tell of it. What a rival's pilot tells of a group's layers is told beside what
+/// it tells of all: the same bright samples are in both.
+fn asked<'a>(first: &First<'a>, groups: &'a [Group], rivals: &[usize]) -> (Vec<Asked<'a>>, Vec<Vec<View>>) {
+    let whole = |&m: &usize| Asked { m, layers: first.layers, part: 1.0, number: 4 };
+    let mut asked: Vec<Asked> = rivals.iter().map(whole).collect();
+    let mut views = Vec::new();
+    for group in groups {
+        let mut view = |m: usize| {
+            let part = first.part(m, &group.set);
+            let of_rival = rivals.iter().position(|rival| *rival == m).map(|pilot| View { pilot, part });
+            of_rival.unwrap_or_else(|| {
+                asked.push(Asked { m, layers: &group.layers, part, number: 2 });
+                View { pilot: asked.len() - 1, part: 1.0 }
+            })
+        };
+        views.push(group.methods().into_iter().map(&mut view).collect());
+    }
+    (asked, views)
+}
+
 /// What second pilots have found.
 struct Found<'p> {
-    layers: &'p [Layer],
+    first: &'p First<'p>,
     groups: &'p [Group],
     views: &'p [Vec<View>],
     pilots: &'p [Pilot<'p>],
@@ -190,13 +210,15 @@ impl Gain {
 impl<'p> Found<'p> {
     /// By the pilots of the rivals and then those of the groups' other methods.
     fn new(
-        (layers, groups, rivals): (&'p [Layer], &'p [Group], &[(usize, &Pilot)]),
+        first: &'p First<'p>,
+        groups: &'p [Group],
+        rivals: &[usize],
         views: &'p [Vec<View>],
         pilots: &'p [Pilot<'p>],
     ) -> Self {
         let judged: Vec<Judged> = groups.iter().zip(views).map(|(group, views)| group.judge(views, pilots)).collect();
         let shares = search::shares(&judged.iter().map(Judged::found).collect::<Vec<_>>());
-        Self { layers, groups, views, pilots, judged, shares, single: Single::best(rivals, pilots, layers) }
+        Self { first, groups, views, pilots, judged, shares, single: Single::best(first, rivals, pilots) }
     }
 
     /// The variance of one sample of the composite.
@@ -230,7 +252,7 @@ impl<'p> Found<'p> {
     fn gain(&self, timing: Option<&Timing>) -> Option<Gain> {
         let second = self.single.as_ref()?.second;
         let seconds = timing.map_or(second.seconds() / self.seconds(), |timing| timing.ratio);
-        let value = second.variance(self.layers) / self.variance() * seconds;
+        let value = second.variance(self.first.layers) / self.variance() * seconds;
         value.is_finite().then(|| Gain { value, interval: self.interval(value, second, timing) })
     }
 
@@ -240,27 +262,31 @@ impl<'p> Found<'p> {
     }
 
     /// What the gain may be, as far as variances and seconds are known: that of the best method by itself over those of the groups, to the power of the
-    /// parts of Σ √(V c) that they have.
+    /// parts of Σ √(V c) that they have. Images were made by turns, and what slows a turn slows all of them.
     fn interval(&self, gain: f64, second: &Pilot, timing: Option<&Timing>) -> Option<(f64, f64)> {
         let whole: f64 = self.judged.iter().map(|judged| judged.product().sqrt()).sum();
-        let own = second.squares(self.layers);
-        // Replicates were made by turns, and one pilot may tell of several groups.
-        let mut squares: Vec<(f64, &[f64])> = vec![(1.0, &own)];
-        // What slows a turn slows all images of it, so that seconds are in doubt together.
-        let mut seconds: Vec<f64> = second.times().to_vec();
+        let own = second.squares(self.first.layers);
+        let mut squares = vec![(1.0, &own[..])];
+        let mut seconds = vec![(1.0, second.times())];
         for (judged, views) in self.judged.iter().zip(self.views) {
             let part = judged.product().sqrt() / whole;
             squares.push((-part, &judged.squares));
-            let times = self.pilots[views[0].pilot].times();
-            seconds.iter_mut().zip(times).for_each(|(product, time)| *product /= time.powf(part));
+            seconds.push((-part, self.pilots[views[0].pilot].times()));
         }
-        // What does not vary has no part of the doubt.
-        squares.retain(|(_, squares)| squares.iter().sum::<f64>() > 0.0);
-        let seconds = timing.map_or(&seconds, |timing| &timing.turns);
-        let strata = [Stratum::new(squares), Stratum::new(vec![(1.0, seconds)])];
-        let (_, (below, above)) = log_sum(&strata, recursion(own.len()), 0)?;
-        Some((gain * (-below).exp(), gain * above.exp()))
+        if let Some(timing) = timing {
+            seconds = vec![(1.0, &timing.other), (-1.0, &timing.own)];
+        }
+        interval(gain, squares, seconds)
     }
+}
+
+/// What a product of means may be, of squares and of seconds, each to its power.
+fn interval(value: f64, mut squares: Vec<(f64, &[f64])>, seconds: Vec<(f64, &[f64])>) -> Option<(f64, f64)> {
+    // What does not vary has no part of the doubt.
+    squares.retain(|(_, squares)| squares.iter().sum::<f64>() > 0.0);
+    let scale = recursion(squares.first()?.1.len());
+    let (_, (below, above)) = log_sum(&[Stratum::new(squares), Stratum::new(seconds)], scale, 0)?;
+    Some((value * (-below).exp(), value * above.exp()))
 }
 
 /// The best method by itself.
@@ -270,15 +296,16 @@ struct Single<'p> {
 }
 
 impl<'p> Single<'p> {
-    /// The best of those with a first and a second pilot, by the variances of both, so that it is not chosen for what one of them finds, and by the seconds
-    /// of the second alone: times of day differ in speed, and these were taken by turns with the runs'.
-    fn best(first: &[(usize, &Pilot)], second: &'p [Pilot<'p>], layers: &[Layer]) -> Option<Self> {
-        let product = |&(i, (_, first)): &(usize, &(usize, &Pilot))| {
-            let squares = [first.squares(layers), second[i].squares(layers)].concat();
-            mean(&squares) * second[i].seconds()
+    /// The best of the rivals by the variances of both of their pilots, so that it is not chosen for what one of them finds, and by the seconds of the second
+    /// alone: times of day differ in speed, and these were taken by turns with the runs'.
+    fn best(first: &First, rivals: &[usize], second: &'p [Pilot<'p>]) -> Option<Self> {
+        let product = |&(i, &m): &(usize, &usize)| {
+            let pilots = [&first.pilots[m], &second[i]];
+            let [a, b] = pilots.map(|pilot| (pilot.variance(first.layers), pilot.samples()));
+            (a.0 * a.1 + b.0 * b.1) / (a.1 + b.1) * second[i].seconds()
         };
-        let best = first.iter().enumerate().min_by(|a, b| product(a).total_cmp(&product(b)));
-        best.map(|(i, (m, _))| Self { m: *m, second: &second[i] })
+        let best = rivals.iter().enumerate().min_by(|a, b| product(a).total_cmp(&product(b)));
+        best.map(|(i, m)| Self { m: *m, second: &second[i] })
     }
 }
 
@@ -291,4 +318,27 @@ fn alone_run(entry: &Entry, layers: &[Layer], variance: f64) -> ChosenRun {
 fn run_of(entry: &Entry, layers: &[Layer], share: f64) -> Run {
     let orders: Vec<String> = layers.iter().filter(|layer| **layer != Layer::Tail).map(|layer| layer.label()).collect();
     Run { orders: orders.join(","), tail: layers.contains(&Layer::Tail), share, ..entry.run.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_read_from_the_same_images_has_no_doubt_beside_itself() {
+        let squares = [1.0, 5.0, 0.5, 2.0, 9.0, 0.1, 3.0, 1.5];
+        let other = [2.0, 0.3, 4.0, 1.0, 2.5, 6.0, 0.7, 1.1];
+        let width = |squares, seconds| {
+            let (low, high): (f64, f64) = interval(2.0, squares, seconds).unwrap();
+            (high / low).ln()
+        };
+        let even = || vec![(1.0, &squares[..]), (-1.0, &squares[..])];
+        assert!(width(even(), even()) < 1e-12);
+        assert!(width(vec![(1.0, &squares[..]), (-1.0, &other[..])], even()) > 0.5);
+        // Two groups read from the images of the best method are in doubt by what differs.
+        let halves = vec![(1.0, &squares[..]), (-0.5, &squares[..]), (-0.5, &other[..])];
+        let (half, all) = (width(halves, even()), width(vec![(1.0, &squares[..])], even()));
+        assert!(half > 0.1 && half < all, "{half} {all}");
+        assert!(interval(1.0, vec![(1.0, &[0.0; 8][..])], even()).is_none());
+    }
 }

@@ -7,22 +7,25 @@
 //! method, from which follows the gain that is predicted. What the composite renders shares no number with any of these.
 
 use crate::error::Error;
-use crate::statistics::positive;
+use crate::statistics::positive::COLUMNS;
 use crate::stop::Stop;
 use crate::subject::small_size;
-use confirm::{Group, confirm};
+use budget::Budget;
+use confirm::confirm;
+use first::First;
 use integrators::composite::{self, Run};
-use integrators::{Integrator, Layer, Methods, RenderSettings, Request};
-use pilot::{Entry, Pilot, REPLICATES, take_turns};
+use integrators::{Integrator, Methods, RenderSettings, Request};
+use pilot::Entry;
 use scenes::Scene;
-use search::Candidate;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 use std::time::Instant;
 
+pub use first::{Entrant, entrants};
 pub use gain::gains;
 
+mod budget;
 mod confirm;
+mod first;
 mod gain;
 pub mod pilot;
 pub mod regions;
@@ -32,19 +35,8 @@ mod timing;
 /// The methods that take part, with settings.
 pub const TAKE_PART: [(&str, &[(&str, &str)]); 4] =
     [("path", &[]), ("light", &[]), ("bdpt", &[]), ("path", &[("strategy", "emitter")])];
-/// The part of a short render's time that is taken for choosing, if a sample a pixel of each pilot takes no more.
-const PILOT_PART: f64 = 0.08;
-/// Up to how long a render is short: samples of every pixel of the pilots' image, by the mean method, in as much time.
-const SHORT: f64 = 4096.0;
-/// The part of that time that the first pilot has. What it leaves to the second also pays for counting rays.
-const FIRST_PART: f64 = 0.3;
-/// By how much a variance may be greater than the first pilot finds it for that to be worth more than this one's root of time.
-const DOUBTFUL: f64 = 1.3;
-/// By how much a method's variance times seconds may be greater than that of the best for it to be in question still.
-const RIVAL: f64 = 2.0;
-/// The most samples of an image of the second one: where there are more than [`REPLICATES`] images of these, there are more images. They tell a
-/// variance better than many samples of few do, and what slows a machine for a while hits all methods alike.
-const SECOND_SAMPLES: f64 = 4.0;
+// An interval of a gain has a column for each, and one for the best by itself.
+const _: () = assert!(TAKE_PART.len() < COLUMNS);
 
 /// The runs chosen for a scene, and why.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -55,7 +47,7 @@ pub struct Choice {
     pub single: String,
     /// The composite's efficiency over that one's, as predicted, on the image's sum; `None` where there is none, or nothing varies.
     pub gain: Option<f64>,
-    /// Its 95 % interval, by what is known of variances; `None` where there is nothing to be predicted.
+    /// Its 95 % interval, by what is known of variances and seconds; `None` where there is nothing to be predicted.
     #[serde(default)]
     pub gain_interval: Option<(f64, f64)>,
     /// Methods that take no part, and why.
@@ -155,28 +147,6 @@ impl Choice {
     }
 }
 
-/// A method that takes part, and the run of no orders yet that it would be.
-pub type Entrant = (Run, Box<dyn Integrator>);
-
-/// The methods that take part; sentences about the others go into `left_out`.
-///
-/// # Errors
-/// None, unless the registry has changed.
-pub fn entrants(scene: &Scene, methods: &Methods, left_out: &mut Vec<String>) -> Result<Vec<Entrant>, Error> {
-    let mut part = Vec::new();
-    for (name, settings) in TAKE_PART {
-        let settings = settings.iter().map(|&(key, value)| (key.to_owned(), Value::from(value))).collect();
-        let (method, orders) = (name.to_owned(), String::new());
-        let run = Run { method, settings, orders, tail: false, share: 1.0, regions: None };
-        let method = methods.build(name, &Value::Object(run.settings.clone()))?;
-        match method.unsupported(scene) {
-            Some(reason) => left_out.push(format!("{} takes no part: {reason}", run.label())),
-            None => part.push((run, method)),
-        }
-    }
-    Ok(part)
-}
-
 fn choose(
     scene: &Scene,
     methods: &Methods,
@@ -212,107 +182,12 @@ fn choose(
     if let Some(lost) = (0..layers.len()).find(|&k| !entries.iter().any(|entry| entry.carries[k])) {
         return Err(no_method(lost));
     }
-    let sample = sample_seconds(scene, &entries, &layers, stop)?;
+    let sample = first::sample_seconds(scene, &entries, &layers, stop)?;
     let by_mean = sample / entries.len() as f64;
     let mut budget = Budget::new(start, by_mean, seconds(by_mean));
-    let samples = samples_within(FIRST_PART * budget.seconds, sample);
-    let mut pilots = pilot::of_all(scene, &entries, &layers, (1, samples, REPLICATES), stop)?;
-    if doubt(&pilots, &layers) > DOUBTFUL {
-        budget.extend();
-        let more = FIRST_PART * budget.left() / (sample * f64::from(samples));
-        take_turns(&mut pilots, more as u32, stop)?;
-    }
-    let candidates = pilot::candidates(scene, &entries, &pilots, &layers, stop)?;
-    let (assignment, _) = search::best(&candidates).map_err(no_method)?;
-    let rivals: Vec<(usize, &Pilot)> = rivals(&candidates).into_iter().map(|m| (m, &pilots[m])).collect();
-    let mut groups = Vec::new();
-    for (m, set) in search::sets(&assignment, entries.len()).into_iter().enumerate().filter(|(_, set)| !set.is_empty())
-    {
-        let division = regions::divide(scene, &entries, &candidates, &layers, (m, &set), stop)?;
-        groups.push(Group { m, layers: set.iter().map(|&k| layers[k]).collect(), division });
-    }
-    let part = |m: usize, own: &[Layer]| {
-        let of = |own: &[Layer]| (0..layers.len()).filter(|&k| own.contains(&layers[k])).collect::<Vec<_>>();
-        let cost = &candidates[m].cost;
-        cost.of(&of(own)) / cost.of(&of(&entries[m].own(&layers)))
-    };
-    let seconds: Vec<f64> = pilots.iter().map(Pilot::seconds).collect();
-    let choice = confirm(scene, (methods, &entries), (&layers, &groups, &rivals), &part, (budget, &seconds), stop)?;
-    Ok(Choice { left_out, ..choice })
-}
-
-/// The seconds that choosing may take.
-struct Budget {
-    start: Instant,
-    /// What is meant to be taken.
-    seconds: f64,
-    /// The most, where there is a reason.
-    most: f64,
-}
-
-impl Budget {
-    /// Of a render that takes `whole` seconds, where a sample of every pixel of the pilots' image takes `sample` by the mean method.
-    ///
-    /// Those of long renders grow by the root of their length: what pilots of n samples leave unknown costs a part of it in proportion to 1/n, and they
-    /// cost n.
-    fn new(start: Instant, sample: f64, whole: f64) -> Self {
-        let most = PILOT_PART * whole;
-        Self { start, seconds: most * (SHORT * sample / whole.max(1e-9)).sqrt().min(1.0), most }
-    }
-
-    /// What is left; negative if more has been taken.
-    fn left(&self) -> f64 {
-        self.seconds - self.start.elapsed().as_secs_f64()
-    }
-
-    /// Lets all be taken that may be.
-    fn extend(&mut self) {
-        self.seconds = self.most;
-    }
-}
-
-/// Seconds of a sample of every pixel by each of the methods.
-fn sample_seconds(scene: &Scene, entries: &[Entry], layers: &[Layer], stop: &Stop) -> Result<f64, Error> {
-    let mut all = 0.0;
-    for entry in entries {
-        let mut first = Pilot::new(scene, entry.method, entry.of_layers(&entry.own(layers), 0, 1))?;
-        // What is done once is not to count.
-        first.step(stop)?;
-        let begun = first.seconds();
-        first.step(stop)?;
-        all += 2.0 * first.seconds() - begun;
-    }
-    Ok(all)
-}
-
-/// By how much the variance of the method that seems best by itself may be greater than it is found to be.
-fn doubt(pilots: &[Pilot], layers: &[Layer]) -> f64 {
-    let whole = pilots.iter().filter(|pilot| pilot.has(layers));
-    let product = |pilot: &Pilot| pilot.variance(layers) * pilot.seconds();
-    let best = whole.min_by(|a, b| product(a).total_cmp(&product(b)));
-    let found = best.map(|best| positive::variance(&best.squares(layers), 0));
-    found.and_then(|found| Some(found.interval?.1 / found.value)).unwrap_or(1.0)
-}
-
-/// The methods that carry all layers, but for those that are far from the best of these.
-fn rivals(candidates: &[Candidate]) -> Vec<usize> {
-    let all: Vec<usize> = candidates.first().map_or(Vec::new(), |first| (0..first.carries.len()).collect());
-    let product = |m: usize| candidates[m].variance(&all) * candidates[m].cost.of(&all);
-    let whole: Vec<usize> = (0..candidates.len()).filter(|&m| candidates[m].carries.iter().all(|&c| c)).collect();
-    let least = whole.iter().map(|&m| product(m)).fold(f64::INFINITY, f64::min);
-    whole.into_iter().filter(|&m| product(m) <= RIVAL * least).collect()
-}
-
-/// The samples of a pilot's image, by the seconds that all of its images may take, and those of one sample.
-fn samples_within(budget: f64, sample: f64) -> u32 {
-    (budget / (f64::from(REPLICATES) * sample.max(1e-9))).max(1.0) as u32
-}
-
-/// The images of the second pilot, and the samples of each, by the seconds that all may take, and those of one sample.
-fn second_size(budget: f64, sample: f64) -> (u32, u32) {
-    let samples = budget / sample.max(1e-9);
-    let replicates = (samples / SECOND_SAMPLES).max(f64::from(REPLICATES)).floor();
-    (replicates as u32, (samples / replicates).clamp(1.0, SECOND_SAMPLES) as u32)
+    let first = First::new(scene, &entries, &layers, (&mut budget, sample), stop)?;
+    let groups = first.groups(scene, stop).map_err(no_method)??;
+    Ok(Choice { left_out, ..confirm(scene, methods, (&first, &groups), budget, stop)? })
 }
 
 /// Labels of orders as a list of ranges: `0, 2 to 4, tail`.
@@ -336,23 +211,6 @@ pub fn in_ranges(labels: &[String]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_second_pilot_takes_what_it_may_in_many_images_of_few_samples() {
-        assert_eq!(
-            [0.0, 2.0, 40.0, 400.0].map(|budget| second_size(budget, 1.0)),
-            [(16, 1), (16, 1), (16, 2), (100, 4)]
-        );
-    }
-
-    #[test]
-    fn pilots_of_four_times_as_long_a_render_take_twice_as_long() {
-        let of = |samples: f64| Budget::new(Instant::now(), 0.01, 0.01 * samples).seconds;
-        let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-12, "{a} is not {b}");
-        close(of(1024.0), 0.08 * 10.24);
-        close(of(4096.0), 0.08 * 40.96);
-        close(of(4.0 * 4096.0), 2.0 * of(4096.0));
-    }
 
     #[test]
     fn orders_that_follow_one_another_are_told_as_a_range() {

@@ -135,6 +135,11 @@ impl<'a> Pilot<'a> {
         self.render.seconds() / f64::from(self.render.replicates()) / self.samples
     }
 
+    /// Samples taken of each pixel.
+    pub fn samples(&self) -> f64 {
+        self.samples * self.times.len() as f64
+    }
+
     /// Seconds of each image.
     pub fn times(&self) -> &[f64] {
         &self.times
@@ -302,20 +307,22 @@ fn cost(scene: &Scene, entry: &Entry, layers: &[Layer], stop: &Stop) -> Result<C
     Ok(Cost::new(&work[0], &work[1]))
 }
 
-/// The work of a sample of these layers, cell by cell, its mean being 1.
+/// The work of a sample of these layers, cell by cell, its mean over the image being 1.
 ///
 /// # Errors
 /// If the method cannot render, or the user asked for an end.
 pub fn work_of_cells(scene: &Scene, entry: &Entry, layers: &[Layer], stop: &Stop) -> Result<Vec<f64>, Error> {
-    let mut work = Vec::new();
+    let (mut work, mut sum, mut area) = (Vec::new(), 0.0, 0.0);
     for cell in regions::cells(scene) {
         let pixels = f64::from(cell.width()) * f64::from(cell.height());
         let mut render = Render::cropped(scene, entry.method, entry.of_layers(layers, 3, COUNTED), cell)?;
         render.run_replicate(&|_| {});
         stop.check()?;
-        work.push(rays(render.finish().counters) / (pixels * f64::from(COUNTED)));
+        let counted = rays(render.finish().counters);
+        work.push(counted / (pixels * f64::from(COUNTED)));
+        (sum, area) = (sum + counted / f64::from(COUNTED), area + pixels);
     }
-    let mean = work.iter().sum::<f64>() / work.len() as f64;
+    let mean = sum / area;
     Ok(work.into_iter().map(|work| work / mean).collect())
 }
 

@@ -1,8 +1,9 @@
 //! What a composite's sample takes beside one of the best method by itself: its runs share a film and caches, and not even the sum of what they take apart
 //! would be known to a few per cent.
 
+use super::ChosenRun;
+use super::budget::Budget;
 use super::pilot::{Entry, Pilot, REPLICATES, take_turns};
-use super::{Budget, ChosenRun};
 use crate::error::Error;
 use crate::stop::Stop;
 use integrators::composite::{self, Composite};
@@ -10,7 +11,7 @@ use integrators::{Layer, Methods, RenderSettings, Request};
 use scenes::Scene;
 use serde_json::json;
 
-/// The most samples of an image: as many as a block of a long render has.
+/// The most samples of an image: where there is time for more there are more images.
 const MOST: f64 = 16.0;
 /// The fewest.
 const FEWEST: f64 = 4.0;
@@ -19,8 +20,10 @@ const FEWEST: f64 = 4.0;
 pub struct Timing {
     /// Those of the other's sample over those of the composite's.
     pub ratio: f64,
-    /// The same turn by turn, but for a factor.
-    pub turns: Vec<f64>,
+    /// Seconds of the composite's images, by turn.
+    pub own: Vec<f64>,
+    /// Those of the other's.
+    pub other: Vec<f64>,
 }
 
 impl Timing {
@@ -37,18 +40,26 @@ impl Timing {
     ) -> Result<Self, Error> {
         let own: Vec<_> = runs.iter().map(|chosen| &chosen.run).collect();
         let composite = Composite::new(&json!({ "runs": own }), methods)?;
-        let samples = (budget.left() / (f64::from(REPLICATES) * pair)).clamp(FEWEST, MOST) as u32;
+        let request = Request::new(other.settings.orders.clone(), other.settings.tail);
+        let size = (scene.camera.width(), scene.camera.height());
+        // Few samples are not shared as many are: by how much longer an image takes for that.
+        let rounded = |samples: u32| -> f64 {
+            let rounding = composite.rounding(&request, samples, size);
+            runs.iter().zip(rounding).map(|(run, rounding)| run.time * rounding).sum()
+        };
+        let left = budget.left() / pair;
+        let most = (left / f64::from(REPLICATES)).clamp(FEWEST, MOST);
+        let off = |samples: &u32| (rounded(*samples) - 1.0).abs();
+        let samples = (FEWEST.max(0.5 * most) as u32..=most as u32).min_by(|a, b| off(a).total_cmp(&off(b)));
+        let samples = samples.unwrap_or(FEWEST as u32);
+        let images = (left / f64::from(samples)).max(f64::from(REPLICATES)) as u32;
         let settings = other.of_layers(layers, 5, samples);
         let instance = format!("{}, choice 5", composite::NAME);
         let of_composite = RenderSettings { instance, ..settings.clone() };
-        let request = Request::new(settings.orders.clone(), settings.tail);
         let mut pilots = [Pilot::new(scene, &composite, of_composite)?, Pilot::new(scene, other.method, settings)?];
-        take_turns(&mut pilots, REPLICATES, stop)?;
-        // Few samples are not shared as many are.
-        let rounding = composite.rounding(&request, samples, (scene.camera.width(), scene.camera.height()));
-        let rounded: f64 = runs.iter().zip(rounding).map(|(run, rounding)| run.time * rounding).sum();
-        let [composite, other] = pilots;
-        let turns = other.times().iter().zip(composite.times()).map(|(other, own)| other / own).collect();
-        Ok(Self { ratio: rounded * other.seconds() / composite.seconds(), turns })
+        take_turns(&mut pilots, images, stop)?;
+        let [own, other] = pilots;
+        let ratio = rounded(samples) * other.seconds() / own.seconds();
+        Ok(Self { ratio, own: own.times().to_vec(), other: other.times().to_vec() })
     }
 }

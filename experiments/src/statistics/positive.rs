@@ -22,7 +22,7 @@ use super::{Estimate, Interval};
 pub const VALID_FROM: usize = 8;
 
 /// Most columns of a stratum.
-const COLUMNS: usize = 5;
+pub const COLUMNS: usize = 5;
 
 /// One or more means over the same replicates, each with its coefficient in a sum of logarithms.
 #[derive(Clone, Debug)]
