@@ -61,4 +61,30 @@ fn what_cannot_be_composed_is_refused_with_the_mend() {
     assert!(with("path:0-8:1;vcm:0:1").contains("vcm cannot be a part"));
     assert!(with("path").contains("METHOD:ORDERS:SHARE"));
     assert!(refused(&[&render[..], &["--max-order", "auto"]].concat()).contains("name the last one"));
+    // What no method carries is told of all orders at once.
+    let glass = format!(
+        "{FLOOR}[materials.glass]\ntype = \"dielectric\"\neta = 1.5\n[[shapes]]\ntype = \"sphere\"\ncenter = [0, 0, 0.5]\nradius = 0.3\n\
+         material = \"glass\"\n[[emitters]]\ntype = \"point\"\nposition = [0, 0.5, 2]\nintensity = 1\n"
+    );
+    std::fs::write(folder.path().join("glass.toml"), glass).unwrap();
+    let told = refused(&["render", "glass.toml", "-i", "composite", "--max-order", "4"]);
+    assert!(told.contains("carries all light of order 1 to 4") && told.contains("LS.*E"), "{told}");
 }
+
+const FLOOR: &str = "[camera]\nposition = [0, 0, 3]\ntarget = [0, 0, 0]\nwidth = 8\nheight = 8\n[materials.grey]\ntype = \"lambert\"\nalbedo = 0.5\n\
+                     [[shapes]]\ntype = \"quad\"\norigin = [-1, -1, 0]\nedge_u = [2, 0, 0]\nedge_v = [0, 2, 0]\nmaterial = \"grey\"\n";
+
+/// Where nothing emits, nothing is gained: no number is told that is none.
+#[test]
+fn in_the_dark_no_gain_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("dark.toml"), FLOOR).unwrap();
+    let experiment = ["run", "best_per_order", "--set", "scenes=[\"dark.toml\"]", "--set", METHODS];
+    let size = ["--spp", "16", "--replicates", "4", "--max-order", "2", "--out", "out"];
+    let output = neumann(folder.path(), &[&experiment[..], &size[..]].concat());
+    let told = text(&output.stdout);
+    assert!(output.status.success() && told.contains("dark, composite: ") && !told.contains("NaN"), "{told}");
+    assert!(!std::fs::read_to_string(folder.path().join("out/records.csv")).unwrap().contains("gain"));
+}
+
+const METHODS: &str = "methods=[{name=\"composite\"},{name=\"light\"}]";

@@ -27,9 +27,9 @@ pub fn gains(plan: &Plan, results: &[MethodResult]) -> Vec<ChoiceRow> {
     rows
 }
 
-/// Over another method.
+/// Over another method; `None` where nothing varies.
 fn gain(own: &MethodResult, best: &MethodResult, choice: &Choice) -> Option<Gain> {
-    let ratio = own.efficiency_over(best, None)?;
+    let ratio = own.efficiency_over(best, None).filter(|ratio| ratio.value.is_finite())?;
     let seconds = own.measurement.seconds();
     let rendering = seconds / (seconds + choice.pilot_seconds).max(f64::MIN_POSITIVE);
     Some(Gain { over: best.label.clone(), with_pilots: ratio.value * rendering, ratio })

@@ -170,23 +170,25 @@ fn choose(
             left_out.push(format!("{label} does not carry all light of order {orders}{light}"));
         }
     }
-    let no_method = |k: usize| {
+    let no_method = |lost: &[usize]| {
         let why = if left_out.is_empty() { String::new() } else { format!(": {}", left_out.join("; ")) };
+        let lost: Vec<String> = lost.iter().map(|&k| layers[k].label()).collect();
         Error::usage(format!(
-            "{}: no method that a composite may choose carries all light of order {}{why}; leave that order out (`neumann render --orders`), name the \
-             composite's runs, or render by one method",
+            "{}: no method that a composite may choose carries all light of order {}{why}; leave out what none carries (`neumann render --orders`), name \
+             the composite's runs, or render by one method",
             scene.name,
-            layers[k].label()
+            in_ranges(&lost)
         ))
     };
-    if let Some(lost) = (0..layers.len()).find(|&k| !entries.iter().any(|entry| entry.carries[k])) {
-        return Err(no_method(lost));
+    let lost: Vec<usize> = (0..layers.len()).filter(|&k| !entries.iter().any(|entry| entry.carries[k])).collect();
+    if !lost.is_empty() {
+        return Err(no_method(&lost));
     }
     let sample = first::sample_seconds(scene, &entries, &layers, stop)?;
     let by_mean = sample / entries.len() as f64;
     let mut budget = Budget::new(start, by_mean, seconds(by_mean));
     let first = First::new(scene, &entries, &layers, (&mut budget, sample), stop)?;
-    let groups = first.groups(scene, stop).map_err(no_method)??;
+    let groups = first.groups(scene, stop).map_err(|lost| no_method(&[lost]))??;
     Ok(Choice { left_out, ..confirm(scene, methods, (&first, &groups), budget, stop)? })
 }
 

@@ -78,7 +78,7 @@ mod tests {
 
     #[test]
     fn turns_that_were_disturbed_do_not_count() {
-        let (own, other) = ([1.0, 1.2, 9.0, 1.1], [2.0, 2.2, 2.1, 2.3]);
-        assert_eq!(undisturbed(&own, &other), (vec![1.0, 1.2, 1.1], vec![2.0, 2.2, 2.3]));
+        let (own, other) = ([1.0, 1.1, 9.0, 1.2], [2.0, 2.2, 2.1, 2.5]);
+        assert_eq!(undisturbed(&own, &other), (vec![1.0, 1.1, 1.2], vec![2.0, 2.2, 2.5]));
     }
 }

@@ -8,6 +8,7 @@ use crate::export::notation::brief;
 use crate::fireflies::FireflyRecord;
 use crate::plot::{Figure, points};
 use crate::result::{AgreementRow, ChoiceRow, ExperimentResult, MethodResult, RatioRow, SequenceRow, SlopeRow};
+use crate::shards::plan::quoted;
 use integrators::Part;
 
 /// Nothing may be loaded: the page is whole as it is. No script may run but its own.
@@ -338,7 +339,8 @@ fn repeat(m: &mut Markup, result: &ExperimentResult) {
         m.line("h2", &[], "How to repeat it");
         m.element("p", &[], |m| {
             m.text("Command: ");
-            m.line("code", &[], result.manifest.command_line.join(" "));
+            let words: Vec<String> = result.manifest.command_line.iter().map(|word| quoted(word)).collect();
+            m.line("code", &[], words.join(" "));
         });
         tables::scrolling(m, "Methods and settings", |m| {
             m.line("caption", &[], "Methods with all of their settings");
