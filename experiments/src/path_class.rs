@@ -1,27 +1,19 @@
 //! Path expressions such as `L.*SE` in the lecture's notation, by which methods name the light that they cannot carry.
 
-use integrators::lpe::least_order;
+use integrators::lpe::{loses, told};
 use integrators::{Integrator, Layer, Technique};
 use scenes::Scene;
 
 /// The light that a method loses in a scene, a class a line, each with the orders that lose it.
 pub fn missing(method: &dyn Integrator, scene: &Scene) -> Vec<String> {
-    let told = |class: String| match least_order(&class) {
-        0 => class,
-        order => format!("{class} (orders {order} and above)"),
-    };
-    method.missing_light(&scene.facts).into_iter().map(told).collect()
+    method.missing_light(&scene.facts).iter().map(|class| told(class)).collect()
 }
 
 /// Whether a method that misses these classes carries all light of a layer; of the sum of all orders up to `max_order` for
 /// `None`.
 pub fn carries(missing: &[String], layer: Option<Layer>, max_order: usize) -> bool {
-    let below = |bound: usize| missing.iter().all(|class| least_order(class) > bound);
-    match layer {
-        Some(Layer::Order(k)) => below(k),
-        Some(Layer::Tail) => missing.is_empty(),
-        None => below(max_order),
-    }
+    let has = |layer: Layer| !missing.iter().any(|class| loses(class, layer));
+    layer.map_or_else(|| (0..=max_order).map(Layer::Order).all(has), has)
 }
 
 /// The radiance, channel by channel, that a single path of this layer may bring which the method meets by chance alone, at most.

@@ -1,7 +1,7 @@
 //! An experiment made ready: scenes loaded, methods built, and everything checked before any ray is traced.
 
 use crate::budget::{Budget, file_name};
-use crate::choice::Choice;
+use crate::choice::{self, Choice};
 use crate::config::{Experiment, MethodEntry, Metric, OrderChoice, Sizes};
 use crate::error::Error;
 use crate::machine::require_memory;
@@ -109,7 +109,7 @@ impl Plan {
         let file = source.path.as_ref().map(|path| std::path::absolute(path).unwrap_or_else(|_| path.clone()));
         let mut plan = Self { name, file, experiment, scenes, methods, budget, parts, reference: None, metrics };
         plan.check_until().map_err(|message| source.blame("until", message))?;
-        plan.check_support()?;
+        plan.check_support(registry)?;
         plan.reference = PlannedReference::new(source, &plan.experiment, registry, (&plan.scenes, &plan.methods))?;
         plan.check_memory()?;
         Ok(plan)
@@ -142,10 +142,13 @@ impl Plan {
         Ok(())
     }
 
-    fn check_support(&self) -> Result<(), Error> {
-        let settled = || self.methods.iter().filter(|method| !method.is_open());
-        for (scene, method) in self.scenes.iter().flat_map(|s| settled().map(move |m| (s, m))) {
+    fn check_support(&self, registry: &Methods) -> Result<(), Error> {
+        for (scene, method) in self.scenes.iter().flat_map(|s| self.methods.iter().map(move |m| (s, m))) {
             let settings = self.render_settings(method);
+            if method.is_open() {
+                choice::check(&scene.scene, registry, &settings)?;
+                continue;
+            }
             if let Err(error) = render::request(&scene.scene, &*method.method, &settings, &self.parts) {
                 let reason = match error {
                     RenderError::Unsupported { reason, .. } => reason,

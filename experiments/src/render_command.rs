@@ -17,7 +17,7 @@ use crate::statistics_file::{Context, Seconds, Statistics};
 use crate::stop::Stop;
 use crate::subject::{DEFAULT_SPP, Subject};
 use crate::truncation::{DEFAULT_PART, Truncation};
-use integrators::composite::Composite;
+use integrators::composite::{self, Composite};
 use integrators::render::{self, check_window};
 use integrators::{Integrator, Measurement, Methods, Orders, PartSettings, Render, RenderSettings, Window};
 use scenes::Scene;
@@ -32,12 +32,11 @@ pub fn render(args: &RenderArgs, methods: &Methods, verbosity: Verbosity, stop: 
     let mut job = while_loading(verbosity, || Job::prepare(args, methods))?;
     let live = args.live.as_ref().map(|address| Live::open(address.as_deref())).transpose()?;
     let pool = budget::pool(args.threads)?;
+    if job.method.name() == composite::NAME && args.image.max_order == Some(MaxOrder::Auto) {
+        let message = "a composite's methods are for known orders; name the last one in place of --max-order auto";
+        return Err(Error::usage(message));
+    }
     if Composite::is_open(&*job.method) {
-        if args.image.max_order == Some(MaxOrder::Auto) {
-            let message =
-                "a composite's methods are chosen for known orders; name the last one in place of --max-order auto";
-            return Err(Error::usage(message));
-        }
         pool.install(|| job.compose(args.seconds, methods, stop))?;
     }
     if args.image.max_order == Some(MaxOrder::Auto) {
@@ -185,6 +184,7 @@ impl Job {
             missing_light: path_class::missing(&*self.method, &self.scene),
             bias: self.method.bias(),
             truncation: self.truncation,
+            choice: self.choice.clone(),
         }
     }
 

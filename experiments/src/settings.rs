@@ -77,13 +77,15 @@ pub fn of_method(assignments: &[Assignment], method: &str) -> Result<Value, Erro
     Ok(Value::Object(settings))
 }
 
-/// Changes an experiment: `METHOD.key` is a setting of all its entries of that name or label, all else a key of its file.
+/// Changes an experiment: `METHOD.key` is a setting of all its entries of that name or label, all else a key of its file. Whole keys come first,
+/// so that `bdpt.mis=power` is of the `methods` given beside it, wherever they stand.
 ///
 /// # Errors
 /// If there is no such key or method, or the value is of another kind.
 pub fn change_experiment(experiment: Experiment, assignments: &[Assignment]) -> Result<Experiment, Error> {
     let mut experiment = experiment;
-    for assignment in assignments {
+    let (whole, parts): (Vec<_>, Vec<_>) = assignments.iter().partition(|assignment| assignment.path.len() == 1);
+    for assignment in whole.into_iter().chain(parts) {
         experiment = change(experiment, assignment)?;
     }
     Ok(experiment)
@@ -215,6 +217,17 @@ mod tests {
         assert_eq!(both, json!({"a": 1, "mis": "power"}));
         let message = of_method(&[set("path.mis=power")], "bdpt").unwrap_err().to_string();
         assert!(message.contains("bdpt.mis="), "{message}");
+    }
+
+    #[test]
+    fn a_methods_setting_is_of_the_methods_given_beside_it() {
+        let experiment =
+            || toml::from_str("scenes = [\"furnace\"]\nmethods = [{name = \"path\"}]\nspp = 16\n").unwrap();
+        let sets = [set("bdpt.mis=power"), set("methods=[{name=\"bdpt\"}]")];
+        let changed = change_experiment(experiment(), &sets).unwrap();
+        assert_eq!(changed.methods[0].settings["mis"].as_str(), Some("power"));
+        let message = change_experiment(experiment(), &sets[..1]).unwrap_err().to_string();
+        assert!(message.contains("bdpt"), "{message}");
     }
 
     #[test]

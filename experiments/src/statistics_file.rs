@@ -1,5 +1,6 @@
 //! `--stats`: what a render measured, as JSON.
 
+use crate::choice::Choice;
 use crate::machine::{VERSION, peak_memory};
 use crate::truncation::Truncation;
 use integrators::{Bias, Layer, Measurement, Part, Quantity};
@@ -41,6 +42,9 @@ pub struct Statistics {
     /// How the last order was chosen; absent where it was given.
     #[serde(skip_serializing_if = "Option::is_none")]
     truncation: Option<Truncation>,
+    /// How the runs of a composite were chosen; absent where they were given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    choice: Option<Choice>,
     peak_memory_bytes: Option<u64>,
 }
 
@@ -111,6 +115,8 @@ pub struct Context {
     pub bias: Bias,
     /// How the last order was chosen, if it was.
     pub truncation: Option<Truncation>,
+    /// How the runs of its composite were chosen, if they were.
+    pub choice: Option<Choice>,
 }
 
 impl Statistics {
@@ -166,6 +172,7 @@ impl Statistics {
             missing_light: context.missing_light,
             bias: context.bias,
             truncation: context.truncation,
+            choice: context.choice,
             peak_memory_bytes: peak_memory(),
         }
     }

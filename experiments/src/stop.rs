@@ -43,7 +43,7 @@ impl Stop {
                 std::thread::sleep(std::time::Duration::from_millis(50));
             }
             eprintln!(
-                "stopping when the replicate at work is done, to write what is complete; once more stops at once and loses it"
+                "stopping when the replicate or pilot at work is done, and keeping what is complete; once more stops at once"
             );
         });
     }

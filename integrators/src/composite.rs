@@ -11,7 +11,7 @@
 
 use crate::contribution::{Contribution, Technique};
 use crate::film::{Block, BlockFilm, Window};
-use crate::lpe::least_order;
+use crate::lpe::lost_in;
 use crate::measurement::{Counters, Layer};
 use crate::method::{Integrator, MethodError, Methods, Pass, Replicate};
 use crate::request::Request;
@@ -54,6 +54,9 @@ impl Composite {
         }
         let runs: Result<Vec<Run>, String> = match given.get("runs") {
             None => Ok(Vec::new()),
+            Some(Value::String(text)) if text.trim().is_empty() => {
+                Err("it is empty; write METHOD:ORDERS:SHARE, such as path:1-3:0.5, or leave it out".to_owned())
+            }
             Some(Value::String(text)) => text.split(';').map(Run::read).collect(),
             Some(list) => serde_json::from_value(list.clone()).map_err(|e| crate::in_plain_words(&e.to_string())),
         };
@@ -124,7 +127,7 @@ impl Integrator for Composite {
             };
             let runs = runs_of(layer);
             if runs.is_empty() {
-                return Some(format!("no run estimates {what}; add it to a run whose method can"));
+                return Some(self.without(layer, &what));
             }
             if !regions::cover_all(&runs.iter().map(|run| run.regions.as_ref()).collect::<Vec<_>>()) {
                 return Some(format!("no run estimates {what} in all of the image; give the regions left to a run"));
@@ -139,9 +142,13 @@ impl Integrator for Composite {
     fn missing_light(&self, needs: &Needs) -> Vec<String> {
         let mut missing = Vec::new();
         for part in &self.parts {
-            let last = part.orders.iter().last();
-            let lost = |class: &String| part.run.tail || last.is_some_and(|last| least_order(class) <= last);
-            missing.extend(part.method.missing_light(needs).into_iter().filter(lost));
+            let classes = part.method.missing_light(needs);
+            let own = |class: &String| lost_in(class, &part.orders, part.run.tail);
+            for class in classes.iter().filter_map(own) {
+                if !missing.contains(&class) {
+                    missing.push(class);
+                }
+            }
         }
         missing
     }
@@ -187,6 +194,18 @@ struct AtWork<'a> {
 }
 
 impl Composite {
+    /// That no run estimates a layer, and the mend.
+    fn without(&self, layer: &Layer, what: &str) -> String {
+        let has = |part: &&Part| matches!(layer, Layer::Order(k) if part.orders.contains(*k));
+        match self.parts.iter().find(has) {
+            Some(part) => {
+                let name = &part.run.method;
+                format!("no run estimates {what}, which {name} does not carry; give it to another method")
+            }
+            None => format!("no run estimates {what}; add it to one"),
+        }
+    }
+
     /// By how much more samples the runs that have something to do take of an image than their shares of so many of each pixel, since they take whole
     /// ones: 1.2 where six are taken for five.
     pub fn rounding(&self, request: &Request, samples: u32, (width, height): (u32, u32)) -> Vec<f64> {

@@ -3,6 +3,7 @@
 use crate::measurement::Layer;
 use crate::parts::Parts;
 use scenes::description::MAX_ORDER;
+use std::fmt;
 use std::ops::RangeInclusive;
 
 /// A set of orders in `0..=max_order`.
@@ -76,6 +77,26 @@ impl Orders {
     /// Whether the whole truncated series is asked for.
     pub fn is_all(&self) -> bool {
         self.wanted.iter().all(|&w| w)
+    }
+}
+
+impl fmt::Display for Orders {
+    /// As [`Orders::parse`] takes it: `0,2-4`.
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let mut orders = self.iter().peekable();
+        let mut comma = "";
+        while let Some(first) = orders.next() {
+            let mut last = first;
+            while let Some(next) = orders.next_if_eq(&(last + 1)) {
+                last = next;
+            }
+            write!(f, "{comma}{first}")?;
+            if last > first {
+                write!(f, "-{last}")?;
+            }
+            comma = ",";
+        }
+        Ok(())
     }
 }
 
@@ -197,6 +218,14 @@ mod tests {
         let orders = Orders::parse("0, 2,4-6", 8).unwrap();
         assert_eq!(orders.iter().collect::<Vec<_>>(), [0, 2, 4, 5, 6]);
         assert!(!orders.is_all() && Orders::parse("0-8", 8).unwrap().is_all());
+    }
+
+    #[test]
+    fn lists_of_orders_are_written_as_they_are_read() {
+        for list in ["0,2,4-6", "0-8", "3", "7-8"] {
+            assert_eq!(Orders::parse(list, 8).unwrap().to_string(), list);
+        }
+        assert_eq!(Orders::up_to(3).only(|_| false).to_string(), "");
     }
 
     #[test]

@@ -316,8 +316,8 @@ fn alone_run(entry: &Entry, layers: &[Layer], variance: f64) -> ChosenRun {
 }
 
 fn run_of(entry: &Entry, layers: &[Layer], share: f64) -> Run {
-    let orders: Vec<String> = layers.iter().filter(|layer| **layer != Layer::Tail).map(|layer| layer.label()).collect();
-    Run { orders: orders.join(","), tail: layers.contains(&Layer::Tail), share, ..entry.run.clone() }
+    let orders = entry.settings.orders.clone().only(|k| layers.contains(&Layer::Order(k)));
+    Run { orders: orders.to_string(), tail: layers.contains(&Layer::Tail), share, ..entry.run.clone() }
 }
 
 #[cfg(test)]

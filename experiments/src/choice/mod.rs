@@ -14,7 +14,7 @@ use budget::Budget;
 use confirm::confirm;
 use first::First;
 use integrators::composite::{self, Run};
-use integrators::{Integrator, Methods, RenderSettings, Request};
+use integrators::{Integrator, Layer, Methods, RenderSettings, Request};
 use pilot::Entry;
 use scenes::Scene;
 use serde::{Deserialize, Serialize};
@@ -157,8 +157,35 @@ fn choose(
     let layers = Request::new(settings.orders.clone(), settings.tail).layers().to_vec();
     let mut left_out = Vec::new();
     let part = entrants(scene, methods, &mut left_out)?;
+    let entries = entries(scene, &part, (settings, &layers), &mut left_out)?;
+    let sample = first::sample_seconds(scene, &entries, &layers, stop)?;
+    let by_mean = sample / entries.len() as f64;
+    let mut budget = Budget::new(start, by_mean, seconds(by_mean));
+    let first = First::new(scene, &entries, &layers, (&mut budget, sample), stop)?;
+    let groups = first.groups(scene, stop).map_err(|lost| no_method(scene, &layers, &[lost], &left_out))??;
+    Ok(Choice { left_out, ..confirm(scene, methods, (&first, &groups), budget, stop)? })
+}
+
+/// That every layer has a method: what choosing would find out first.
+///
+/// # Errors
+/// If one has none.
+pub fn check(scene: &Scene, methods: &Methods, settings: &RenderSettings) -> Result<(), Error> {
+    let layers = Request::new(settings.orders.clone(), settings.tail).layers().to_vec();
+    let mut left_out = Vec::new();
+    let part = entrants(scene, methods, &mut left_out)?;
+    entries(scene, &part, (settings, &layers), &mut left_out).map(|_| ())
+}
+
+/// The methods with some of the layers; sentences about what they lack go into `left_out`.
+fn entries<'m>(
+    scene: &Scene,
+    part: &'m [Entrant],
+    (settings, layers): (&RenderSettings, &[Layer]),
+    left_out: &mut Vec<String>,
+) -> Result<Vec<Entry<'m>>, Error> {
     let mut entries: Vec<Entry> =
-        part.iter().map(|(run, method)| Entry::new(scene, run, &**method, settings, &layers)).collect();
+        part.iter().map(|(run, method)| Entry::new(scene, run, &**method, settings, layers)).collect();
     entries.retain(|entry| entry.carries.contains(&true));
     for entry in &entries {
         let lost: Vec<String> =
@@ -170,26 +197,20 @@ fn choose(
             left_out.push(format!("{label} does not carry all light of order {orders}{light}"));
         }
     }
-    let no_method = |lost: &[usize]| {
-        let why = if left_out.is_empty() { String::new() } else { format!(": {}", left_out.join("; ")) };
-        let lost: Vec<String> = lost.iter().map(|&k| layers[k].label()).collect();
-        Error::usage(format!(
-            "{}: no method that a composite may choose carries all light of order {}{why}; leave out what none carries (`neumann render --orders`), name \
-             the composite's runs, or render by one method",
-            scene.name,
-            in_ranges(&lost)
-        ))
-    };
     let lost: Vec<usize> = (0..layers.len()).filter(|&k| !entries.iter().any(|entry| entry.carries[k])).collect();
-    if !lost.is_empty() {
-        return Err(no_method(&lost));
-    }
-    let sample = first::sample_seconds(scene, &entries, &layers, stop)?;
-    let by_mean = sample / entries.len() as f64;
-    let mut budget = Budget::new(start, by_mean, seconds(by_mean));
-    let first = First::new(scene, &entries, &layers, (&mut budget, sample), stop)?;
-    let groups = first.groups(scene, stop).map_err(|lost| no_method(&[lost]))??;
-    Ok(Choice { left_out, ..confirm(scene, methods, (&first, &groups), budget, stop)? })
+    if lost.is_empty() { Ok(entries) } else { Err(no_method(scene, layers, &lost, left_out)) }
+}
+
+/// That layers have no method, why, and what to do.
+fn no_method(scene: &Scene, layers: &[Layer], lost: &[usize], left_out: &[String]) -> Error {
+    let why = if left_out.is_empty() { String::new() } else { format!(": {}", left_out.join("; ")) };
+    let lost: Vec<String> = lost.iter().map(|&k| layers[k].label()).collect();
+    Error::usage(format!(
+        "{}: no method that a composite may choose carries all light of order {}{why}; leave out what none carries (`neumann render --orders`), name the \
+         composite's runs, or render by one method",
+        scene.name,
+        in_ranges(&lost)
+    ))
 }
 
 /// Labels of orders as a list of ranges: `0, 2 to 4, tail`.

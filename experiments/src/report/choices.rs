@@ -55,16 +55,21 @@ pub fn tables(m: &mut Markup, rows: &[&ChoiceRow], methods: &[&str]) {
             let columns = ["samples", "time", "variance predicted", "measured", "of the best alone"];
             head(m, "orders", "number", ["method"].iter().chain(&columns));
             m.element("tbody", &[], |m| {
-                for (run, &measured) in row.choice.runs.iter().zip(&row.variances) {
+                let runs = &row.choice.runs;
+                for (i, (run, &measured)) in runs.iter().zip(&row.variances).enumerate() {
+                    let told = runs[..i].iter().any(|other| other.layers == run.layers);
                     let all: f64 = row.choice.runs.iter().map(|run| run.run.share).sum();
                     m.element("tr", &[], |m| {
                         m.line("th", &[("scope", &"row")], in_ranges(&run.layers));
                         m.line("td", &[], run.run.label() + &run.regions());
                         number_cell(m, run.run.share, percent(run.run.share / all));
                         number_cell(m, run.time, percent(run.time));
-                        [run.variance, measured, run.single.unwrap_or(f64::NAN)]
-                            .into_iter()
-                            .for_each(|v| number_cell(m, v, short(v)));
+                        for v in [run.variance, measured, run.single.unwrap_or(f64::NAN)] {
+                            match told {
+                                true => m.line("td", &[("class", &"note")], "as above"),
+                                false => number_cell(m, v, short(v)),
+                            }
+                        }
                     });
                 }
             });

@@ -7,7 +7,9 @@ use crate::export::markup::Markup;
 use crate::export::notation::brief;
 use crate::fireflies::FireflyRecord;
 use crate::plot::{Figure, points};
-use crate::result::{AgreementRow, ChoiceRow, ExperimentResult, MethodResult, RatioRow, SequenceRow, SlopeRow};
+use crate::result::{
+    AgreementRow, ChoiceRow, ExperimentResult, MethodRecord, MethodResult, RatioRow, SequenceRow, SlopeRow,
+};
 use crate::shards::plan::quoted;
 use integrators::Part;
 
@@ -357,7 +359,7 @@ fn repeat(m: &mut Markup, result: &ExperimentResult) {
                         m.element("th", &[("scope", &"row")], |m| m.line("bdi", &[], &method.label));
                         m.line("td", &[], &method.method);
                         m.line("td", &[], method.sampler);
-                        m.element("td", &[], |m| m.line("code", &[], &method.settings));
+                        m.element("td", &[], |m| settings_of(m, result, method));
                     });
                 }
             });
@@ -372,6 +374,20 @@ fn repeat(m: &mut Markup, result: &ExperimentResult) {
             "Beside this page: records.csv has every number, SCENE/METHOD.exr every order as linear 32-bit values, plots/ the figures.",
         );
     });
+}
+
+/// Of a composite whose runs were chosen: what was, scene by scene.
+fn settings_of(m: &mut Markup, result: &ExperimentResult, method: &MethodRecord) {
+    let chosen: Vec<_> = result.choices.iter().filter(|row| row.label == method.label).collect();
+    if chosen.is_empty() {
+        m.line("code", &[], &method.settings);
+    }
+    for row in chosen {
+        m.element("div", &[], |m| {
+            m.text(format!("{}: ", row.scene));
+            m.line("code", &[], row.choice.setting());
+        });
+    }
 }
 
 fn explanations(m: &mut Markup) {

@@ -64,6 +64,7 @@ impl Run {
         };
         let (method, settings) = match method.strip_suffix(')').and_then(|inner| inner.split_once('(')) {
             Some((method, settings)) => (method, read_settings(settings).ok_or_else(no_run)?),
+            None if method.contains(['(', ')']) => return Err(no_run()),
             None => (method, Map::new()),
         };
         let regions = regions.map(Regions::read).transpose()?;
@@ -122,7 +123,7 @@ impl Part {
             ));
         }
         match why_not {
-            Some(why) => Err(format!("{name} cannot be a part: {why}; take path, light or bdpt")),
+            Some(why) => Err(format!("{name} cannot be a part: {why}; take path, light, bdpt, direct or guided")),
             None => Ok(Self { run, orders, method }),
         }
     }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::lpe::loses;
 use crate::measurement::Measurement;
 use crate::render::{Render, RenderSettings};
 use crate::request::Orders;
@@ -217,7 +218,11 @@ fn light_that_a_run_loses_in_its_own_orders_is_named_and_no_other() {
     let run = |method: &str, orders: &str| json!({"method": method, "orders": orders, "share": 1.0});
     let missing = |runs: Value| composite(runs).unwrap().missing_light(&scene.facts);
     assert!(missing(json!([run("light", "0"), run("path", "1-3")])).is_empty());
-    assert_eq!(missing(json!([run("light", "2"), run("path", "0-1,3")])).len(), 1);
+    let of_light = missing(json!([run("light", "0,2,4-6"), run("path", "1,3")]));
+    let [class] = of_light.as_slice() else { panic!("{of_light:?}") };
+    assert!(class.ends_with(" (orders 2,4-6)"), "{class}");
+    let lost: Vec<usize> = (0..9).filter(|&k| loses(class, Layer::Order(k))).collect();
+    assert!(lost == [2, 4, 5, 6] && !loses(class, Layer::Tail), "{lost:?}");
 }
 
 #[test]

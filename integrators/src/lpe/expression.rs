@@ -261,10 +261,3 @@ impl Ends {
         Ok(if vertex.sort == self.last { AFTER } else { WITHIN })
     }
 }
-
-/// The lowest order that a path of this class can have. Whatever follows the expression, which ends at the eye, is left alone; 0
-/// for what is no expression, which might be anything.
-pub fn least_order(class: &str) -> usize {
-    let expression = class.find('E').and_then(|end| Expression::parse(&class[..=end]).ok());
-    expression.map_or(0, |expression| expression.orders().0)
-}

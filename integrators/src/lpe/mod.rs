@@ -12,7 +12,8 @@
 //! - `alphabet`: the letters of a scene, as coarse as the expressions allow; `nfa`, `dfa`, `minimise`: the automata of a set of
 //!   expressions, read from the camera and from the light;
 //! - `classifier`: a [`Classifier`] says of a path that was built from both ends which expressions it belongs to;
-//! - `algebra`: shortest paths, what two expressions share, what none has.
+//! - `algebra`: shortest paths, what two expressions share, what none has;
+//! - `lost`: the light that methods lose, in words.
 //!
 //! Regular languages are closed under all of this, so that answers are exact. What would grow too large is refused: an expression
 //! is at most [`MAX_LENGTH`] bytes long, repeats at most [`MAX_REPEAT`] times and has at most [`MAX_VERTICES`] vertices when
@@ -24,6 +25,7 @@ mod classifier;
 mod dfa;
 mod error;
 mod expression;
+mod lost;
 mod minimise;
 mod nfa;
 mod parse;
@@ -35,7 +37,8 @@ mod tests;
 pub use algebra::Example;
 pub use classifier::{Classifier, State, UnknownName};
 pub use error::{LpeError, ParseError};
-pub use expression::{Expression, Notation, least_order};
+pub use expression::{Expression, Notation};
+pub use lost::{least_order, loses, lost_in, told};
 
 /// The longest expression \[bytes\].
 pub const MAX_LENGTH: usize = 4096;
