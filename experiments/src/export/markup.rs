@@ -54,6 +54,11 @@ impl Markup {
         &self.text
     }
 
+    /// The same, of a piece that ends here.
+    pub fn into_string(self) -> String {
+        self.text
+    }
+
     fn open(&mut self, tag: &'static str, attributes: Attributes) {
         self.text.push('<');
         self.text.push_str(tag);

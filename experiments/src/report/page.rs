@@ -46,7 +46,7 @@ pub fn page(result: &ExperimentResult, scenes: &[SceneReport], integrals: Option
         });
     });
     m.text("\n");
-    m.as_str().to_owned()
+    m.into_string()
 }
 
 /// All that is read and seen.
