@@ -41,7 +41,8 @@ pub struct ImageMoments {
 stored!(ImageMoments { count, mean, m2, products, layers, series });
 
 impl ImageMoments {
-    /// No replicates yet, of an image of so many layers, of which the first `series` make up the image.
+    /// No replicates yet, of an image of so many layers, of which the first `series` make up the image. Of no pixels, it takes those of the first
+    /// replicate that is pushed.
     pub fn new(pixels: usize, layers: usize, series: usize) -> Self {
         let matrix = if series <= MAX_COVARIANCE_LAYERS { series * series } else { 0 };
         Self {
@@ -83,6 +84,9 @@ impl ImageMoments {
 
     /// Adds a replicate whose image is the film's sums divided by `samples` \[Welford62\]. Returns the layers' image means.
     pub fn push(&mut self, film: &Film, samples: u32) -> Vec<[f64; 3]> {
+        if self.mean.is_empty() {
+            (self.mean, self.m2) = (vec![0.0; film.sums.len()], vec![0.0; film.sums.len()]);
+        }
         self.count += 1;
         let (n, scale) = (self.count as f64, 1.0 / samples as f64);
         let (layers, stride, pixels) = (self.layers, self.layers * 3, self.mean.len() / (self.layers * 3));

@@ -26,8 +26,8 @@ pub struct Covariances {
     pixels: usize,
     layers: usize,
     count: usize,
-    /// Mean image so far, `[pixel][layer]`; empty once there are groups.
-    mean: Vec<[f64; 3]>,
+    /// Mean image so far, `[pixel][layer]`, by pieces; none once there are groups.
+    mean: Vec<Vec<[f64; 3]>>,
     /// By pair, `i (i + 1) / 2 + j` for j ≤ i: one a replicate, from the second on, and then perhaps one a group.
     products: Vec<Vec<f64>>,
 }
@@ -38,7 +38,9 @@ impl Covariances {
     /// No replicates yet of images with so many pixels and layers.
     pub fn new(pixels: usize, layers: usize) -> Self {
         let products = vec![Vec::new(); layers * (layers + 1) / 2];
-        Self { pixels, layers, count: 0, mean: vec![[0.0; 3]; pixels * layers], products }
+        let first = (0..pixels).step_by(PIECE);
+        let mean = first.map(|first| vec![[0.0; 3]; PIECE.min(pixels - first) * layers]).collect();
+        Self { pixels, layers, count: 0, mean, products }
     }
 
     /// Adds a replicate's image, given by layer and pixel.
@@ -56,7 +58,7 @@ impl Covariances {
         image: impl Fn(usize, usize, usize) -> [f64; 3] + Sync,
     ) -> Vec<Vec<Vec<f64>>> {
         let (count, layers, pairs) = (self.count, self.layers, self.products.len());
-        let piece = |(piece, means): (usize, &mut [[f64; 3]])| {
+        let piece = |(piece, means): (usize, &mut Vec<[f64; 3]>)| {
             let first = pixels.start + piece * PIECE;
             let of_replicate = |replicate: usize| {
                 let share = 1.0 / (count + replicate + 1) as f64;
@@ -75,8 +77,8 @@ impl Covariances {
             };
             (0..replicates).map(of_replicate).collect()
         };
-        let means = &mut self.mean[pixels.start * layers..pixels.end * layers];
-        means.par_chunks_mut(PIECE * layers).enumerate().map(piece).collect()
+        let means = &mut self.mean[pixels.start / PIECE..pixels.end.div_ceil(PIECE)];
+        means.par_iter_mut().enumerate().map(piece).collect()
     }
 
     /// Ends the addition of so many replicates, whose pixels have all been added.
@@ -209,6 +211,21 @@ fn interval(products: &[f64], moments: &Moments, salt: u64) -> Option<Interval> 
 mod tests {
     use super::*;
     use sampling::moments::CovarianceMoments;
+
+    #[test]
+    fn replicates_side_by_side_have_the_products_of_one_after_the_other() {
+        const PIXELS: usize = 2 * PIECE + 5;
+        let value = |r: usize, layer: usize, pixel: usize| [((r * 7 + layer * 3 + pixel * 5) as f64).sin(); 3];
+        let [mut in_turn, mut at_once] = [0, 1].map(|_| Covariances::new(PIXELS, 2));
+        (0..5).for_each(|r| in_turn.push(|layer, pixel| value(r, layer, pixel)));
+        for replicates in [0..3, 3..5] {
+            let image = |r: usize, layer: usize, pixel: usize| value(replicates.start + r, layer, pixel);
+            let mut added = at_once.push_pixels(0..PIECE, replicates.len(), image);
+            added.extend(at_once.push_pixels(PIECE..PIXELS, replicates.len(), image));
+            at_once.count_in(replicates.len(), &added);
+        }
+        assert_eq!((in_turn.products, in_turn.mean), (at_once.products, at_once.mean));
+    }
 
     #[test]
     fn covariances_are_those_of_the_replicates() {

@@ -45,6 +45,9 @@ impl Render<'_> {
     /// If the bytes are damaged, or of a render of other layers.
     pub fn read_replicate(&mut self, from: &mut dyn Read) -> io::Result<f64> {
         let seconds = f64::read(from)?;
+        if self.film.sums.is_empty() {
+            self.film.clear();
+        }
         read_numbers(&mut self.film.sums, from)?;
         read_counts(&mut self.group, from)?;
         Ok(seconds)
