@@ -39,7 +39,7 @@ pub fn page(result: &ExperimentResult, scenes: &[SceneReport], integrals: Option
             });
         });
         m.element("body", &[], |m| {
-            m.append(&body);
+            m.append_large(body);
             m.element("script", &[("type", &"module"), ("nonce", &nonce)], |m| {
                 viewer::Images::script().into_iter().for_each(|file| m.verbatim(file));
             });

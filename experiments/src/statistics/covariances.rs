@@ -20,13 +20,17 @@ use sampling::moments::Moments;
 use std::borrow::Cow;
 use std::ops::Range;
 
+/// Pixels whose means lie together. Allocators give memory of a megabyte or so back to the system when it is freed; that of one piece they keep, and
+/// what has freed a whole image they take for a program that will want as much again.
+const PART: usize = 8 * PIECE;
+
 /// Recursive products of all pairs of layers, one replicate at a time.
 #[derive(Clone, Debug)]
 pub struct Covariances {
     pixels: usize,
     layers: usize,
     count: usize,
-    /// Mean image so far, `[pixel][layer]`, by pieces; none once there are groups.
+    /// Mean image so far, `[pixel][layer]`, in parts of [`PART`] pixels; none once there are groups.
     mean: Vec<Vec<[f64; 3]>>,
     /// By pair, `i (i + 1) / 2 + j` for j ≤ i: one a replicate, from the second on, and then perhaps one a group.
     products: Vec<Vec<f64>>,
@@ -38,8 +42,8 @@ impl Covariances {
     /// No replicates yet of images with so many pixels and layers.
     pub fn new(pixels: usize, layers: usize) -> Self {
         let products = vec![Vec::new(); layers * (layers + 1) / 2];
-        let first = (0..pixels).step_by(PIECE);
-        let mean = first.map(|first| vec![[0.0; 3]; PIECE.min(pixels - first) * layers]).collect();
+        let parts = (0..pixels).step_by(PART).map(|first| PART.min(pixels - first));
+        let mean = parts.map(|pixels| vec![[0.0; 3]; pixels * layers]).collect();
         Self { pixels, layers, count: 0, mean, products }
     }
 
@@ -58,7 +62,7 @@ impl Covariances {
         image: impl Fn(usize, usize, usize) -> [f64; 3] + Sync,
     ) -> Vec<Vec<Vec<f64>>> {
         let (count, layers, pairs) = (self.count, self.layers, self.products.len());
-        let piece = |(piece, means): (usize, &mut Vec<[f64; 3]>)| {
+        let piece = |(piece, means): (usize, &mut [[f64; 3]])| {
             let first = pixels.start + piece * PIECE;
             let of_replicate = |replicate: usize| {
                 let share = 1.0 / (count + replicate + 1) as f64;
@@ -77,8 +81,9 @@ impl Covariances {
             };
             (0..replicates).map(of_replicate).collect()
         };
-        let means = &mut self.mean[pixels.start / PIECE..pixels.end.div_ceil(PIECE)];
-        means.par_iter_mut().enumerate().map(piece).collect()
+        let pieces = self.mean.iter_mut().flat_map(|part| part.chunks_mut(PIECE * layers));
+        let pieces: Vec<_> = pieces.skip(pixels.start / PIECE).take(pixels.len().div_ceil(PIECE)).collect();
+        pieces.into_par_iter().enumerate().map(piece).collect()
     }
 
     /// Ends the addition of so many replicates, whose pixels have all been added.
@@ -214,14 +219,14 @@ mod tests {
 
     #[test]
     fn replicates_side_by_side_have_the_products_of_one_after_the_other() {
-        const PIXELS: usize = 2 * PIECE + 5;
+        const PIXELS: usize = PART + PIECE + 5;
         let value = |r: usize, layer: usize, pixel: usize| [((r * 7 + layer * 3 + pixel * 5) as f64).sin(); 3];
         let [mut in_turn, mut at_once] = [0, 1].map(|_| Covariances::new(PIXELS, 2));
         (0..5).for_each(|r| in_turn.push(|layer, pixel| value(r, layer, pixel)));
         for replicates in [0..3, 3..5] {
             let image = |r: usize, layer: usize, pixel: usize| value(replicates.start + r, layer, pixel);
-            let mut added = at_once.push_pixels(0..PIECE, replicates.len(), image);
-            added.extend(at_once.push_pixels(PIECE..PIXELS, replicates.len(), image));
+            let mut added = at_once.push_pixels(0..7 * PIECE, replicates.len(), image);
+            added.extend(at_once.push_pixels(7 * PIECE..PIXELS, replicates.len(), image));
             at_once.count_in(replicates.len(), &added);
         }
         assert_eq!((in_turn.products, in_turn.mean), (at_once.products, at_once.mean));
