@@ -6,11 +6,12 @@ use crate::plan::{PlannedMethod, PlannedScene};
 use crate::reference::Judge;
 use crate::result::RenderRecord;
 use crate::shards::file::Place;
+use crate::shards::stream::{Bytes, Taken};
 use crate::states::{self, States, Unit};
 use integrators::state::{Stored, damaged};
 use integrators::statistics::GROUP;
 use integrators::{Layer, Measurement, PartSettings, Render, RenderError, RenderSettings, Request, Window};
-use std::io::{self, Read};
+use std::io;
 
 /// What the images of a method are for, other than checkpoints, references and the like.
 pub const IMAGE: &str = "image";
@@ -189,23 +190,34 @@ impl<'a> Job<'a> {
         self.content
     }
 
-    /// Takes the next replicate, or group of them, from a record of a shard, and notes it.
+    /// How it takes replicates that are kept one by one.
+    pub fn taken(&self) -> Taken {
+        if self.in_groups { Taken::SideBySide } else { Taken::InTurn }
+    }
+
+    /// Takes the next replicate, or group of them, from records of a shard, and notes it.
     ///
     /// # Errors
-    /// If the record is of others, or damaged.
-    pub fn take(&mut self, place: &Place, bytes: &mut io::Take<&mut dyn Read>) -> io::Result<()> {
-        let is_group = place.gathered > 0;
-        let next = place.replicate == self.replicates();
-        if !next || is_group && !(self.in_groups && self.replicates() >= ONE_BY_ONE) {
-            return Err(damaged("it is of other replicates"));
+    /// If the records are of others, or damaged.
+    pub fn take(&mut self, places: &[Place], from: &mut [Bytes]) -> io::Result<()> {
+        let next = places.iter().zip(self.replicates()..).all(|(place, next)| place.replicate == next);
+        let (render, observations) = (&mut self.render, &mut self.observations);
+        match (places, from) {
+            ([place], [bytes]) if next && place.gathered > 0 && self.in_groups && render.replicates() >= ONE_BY_ONE => {
+                render.take_group(bytes)?;
+                observations.observe_group(render);
+            }
+            (places, from) if next && places.iter().all(|place| place.gathered == 0) && self.in_groups => {
+                let mut added = Vec::new();
+                render.take_replicates(from, &mut |pixels| added.extend(observations.observe_pixels(pixels)))?;
+                observations.count_in(from.len(), &added);
+            }
+            ([Place { gathered: 0, .. }], [bytes]) if next => {
+                render.take_replicate(bytes)?;
+                self.note();
+            }
+            _ => return Err(damaged("it is of other replicates")),
         }
-        if is_group {
-            self.render.take_group(bytes)?;
-            self.observations.observe_group(&self.render);
-            return Ok(());
-        }
-        self.render.take_replicate(bytes)?;
-        self.note();
         Ok(())
     }
 

@@ -7,6 +7,7 @@ use crate::statistics::errors::{Errors, LayerErrors};
 use crate::statistics::flip::{self, PIXELS_PER_DEGREE};
 use crate::statistics::time::{TimeToError, time_to_error};
 use crate::statistics::{Estimate, means, positive};
+use integrators::statistics::side_by_side::Pixels;
 use integrators::statistics::{GROUP, MAX_COVARIANCE_LAYERS};
 use integrators::{Render, stored};
 use rayon::prelude::*;
@@ -68,6 +69,20 @@ impl Observations {
             let reference = &judge.flip_references()[layer];
             let test: Vec<[f32; 3]> = (0..reference.len()).map(face).collect();
             values.push(flip::mean(&flip::hdr(judge.width(), reference, &test, PIXELS_PER_DEGREE)));
+        }
+    }
+
+    /// Looks at some pixels of the replicates of a group, those that follow, of images that are noted in groups later on. Returns what
+    /// [`Self::count_in`] is to be told.
+    pub fn observe_pixels(&mut self, pixels: &Pixels) -> Vec<Vec<Vec<f64>>> {
+        let Some(covariances) = &mut self.covariances else { return Vec::new() };
+        covariances.push_pixels(pixels.range(), pixels.replicates(), |r, layer, pixel| pixels.value(r, layer, pixel))
+    }
+
+    /// Ends with so many replicates of which it has looked at all pixels.
+    pub fn count_in(&mut self, replicates: usize, added: &[Vec<Vec<f64>>]) {
+        if let Some(covariances) = &mut self.covariances {
+            covariances.count_in(replicates, added);
         }
     }
 

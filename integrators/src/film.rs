@@ -9,6 +9,7 @@
 
 mod parts;
 mod store;
+mod sums;
 
 pub use crate::block::{Block, Blocks, TILE, Window};
 use crate::contribution::{Contribution, Sink, Technique, Wants};
@@ -18,11 +19,11 @@ use crate::method::Pixel;
 use crate::request::Request;
 use crate::splats::{Splat, Splats};
 pub use parts::PartsFilm;
-use rayon::prelude::*;
 use sampling::filter::Filter;
 use sampling::{Spectrum, Vec2, fault};
 use scenes::camera::{Edges, Raster};
 pub use store::BlockStore;
+pub use sums::Film;
 
 /// What one block adds to the film.
 #[derive(Clone, Debug)]
@@ -285,34 +286,6 @@ impl PixelSink for BlockFilm<'_> {
         self.pixel = (pixel.x, pixel.y);
         self.weight = weight * share;
         self.share = share;
-    }
-}
-
-/// The sums of one replicate, `[pixel][layer][channel]`.
-#[derive(Clone, Debug)]
-pub struct Film {
-    /// The sums.
-    pub sums: Vec<f64>,
-    band_stride: usize,
-}
-
-impl Film {
-    /// A black film.
-    pub fn new(width: u32, height: u32, layers: usize) -> Self {
-        let row = width as usize * layers * 3;
-        Self { sums: vec![0.0; row * height as usize], band_stride: row * TILE as usize }
-    }
-
-    /// Makes it black again.
-    pub fn clear(&mut self) {
-        self.sums.par_chunks_mut(self.band_stride).for_each(|band| band.fill(0.0));
-    }
-
-    /// Adds blocks in their order; rows of tiles go side by side.
-    pub fn reduce(&mut self, blocks: &[BlockFilm]) {
-        self.sums.par_chunks_mut(self.band_stride).enumerate().for_each(|(band, rows)| {
-            blocks.iter().for_each(|block| block.reduce_band(band, rows));
-        });
     }
 }
 

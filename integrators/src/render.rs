@@ -184,8 +184,9 @@ impl<'a> Render<'a> {
             method,
             cut_as: settings.samples_per_replicate,
             settings,
-            film: Film::new(width, height, layers),
-            group: Tally::new(pixels, &grid, layers, series),
+            // A render that takes groups from elsewhere needs neither film nor group.
+            film: Film::unexposed(width, height, layers),
+            group: Tally::new(0, &grid, layers, series),
             whole: Tally::new(pixels, &grid, layers, series),
             last_group: (0, Vec::new()),
             grid,
@@ -238,7 +239,9 @@ impl<'a> Render<'a> {
     /// A pixel of a layer, as the mean of the replicates so far; 0 before the first.
     pub fn mean(&self, layer: usize, pixel: usize) -> [f64; 3] {
         let at = (pixel * self.request.film_layers() + layer) * 3;
-        let (whole, group) = (&self.whole.pixels.mean[at..at + 3], &self.group.pixels.mean[at..at + 3]);
+        let whole = &self.whole.pixels.mean[at..at + 3];
+        // Before its first replicate the group has no pixels.
+        let group = self.group.pixels.mean.get(at..at + 3).unwrap_or(whole);
         // As groups are merged, so that it has the bits of the measurement.
         let share = f64::from(self.group.count()) / f64::from(self.replicates().max(1));
         [0, 1, 2].map(|c| whole[c] + (group[c] - whole[c]) * share)

@@ -9,17 +9,18 @@ use crate::stored;
 use rayon::prelude::*;
 use sampling::fault;
 use std::io::{self, Read};
-use std::ops::Range;
+
+mod block_grid;
+pub mod side_by_side;
+
+pub use block_grid::{BLOCK_GRID, BlockGrid};
 
 /// Replicates in a group.
 pub const GROUP: u32 = 8;
 /// The most layers for which the matrix of covariances is kept; beyond, only the total's variance is.
 pub const MAX_COVARIANCE_LAYERS: usize = 128;
-/// The grid of blocks, at most so many each way, whose means are followed over replicates: the pixels of a splatting method
-/// are correlated, so the variance of a block's mean cannot be had from its pixels' variances.
-pub const BLOCK_GRID: u32 = 16;
 /// Pixels whose cross products are added up in one piece; pieces are added in order.
-const PIECE: usize = 1024;
+pub const PIECE: usize = 1024;
 
 /// Count, means, squared deviations and their cross products between layers.
 #[derive(Clone, Debug)]
@@ -40,7 +41,8 @@ pub struct ImageMoments {
 stored!(ImageMoments { count, mean, m2, products, layers, series });
 
 impl ImageMoments {
-    /// No replicates yet, of an image of so many layers, of which the first `series` make up the image.
+    /// No replicates yet, of an image of so many layers, of which the first `series` make up the image. Of no pixels, it takes those of the first
+    /// replicate that is pushed.
     pub fn new(pixels: usize, layers: usize, series: usize) -> Self {
         let matrix = if series <= MAX_COVARIANCE_LAYERS { series * series } else { 0 };
         Self {
@@ -82,6 +84,9 @@ impl ImageMoments {
 
     /// Adds a replicate whose image is the film's sums divided by `samples` \[Welford62\]. Returns the layers' image means.
     pub fn push(&mut self, film: &Film, samples: u32) -> Vec<[f64; 3]> {
+        if self.mean.is_empty() {
+            (self.mean, self.m2) = (vec![0.0; film.sums.len()], vec![0.0; film.sums.len()]);
+        }
         self.count += 1;
         let (n, scale) = (self.count as f64, 1.0 / samples as f64);
         let (layers, stride, pixels) = (self.layers, self.layers * 3, self.mean.len() / (self.layers * 3));
@@ -93,28 +98,11 @@ impl ImageMoments {
             .zip(film.sums.par_chunks(PIECE * stride))
             .map(|((mean, m2), sums)| {
                 let mut piece = Piece::new(layers, self.series, entries);
-                for ((mean, m2), sums) in mean.chunks_mut(stride).zip(m2.chunks_mut(stride)).zip(sums.chunks(stride)) {
-                    for i in 0..stride {
-                        let x = sums[i] * scale;
-                        let before = x - mean[i];
-                        mean[i] += before / n;
-                        let after = x - mean[i];
-                        m2[i] += before * after;
-                        piece.before[i] = before;
-                        piece.after[i] = after;
-                        piece.sums[i] += x;
-                    }
-                    piece.add_products();
-                }
+                piece.push((mean, m2), sums, (n, scale));
                 piece
             })
             .collect();
-        let mut means = vec![[0.0; 3]; layers];
-        for piece in &pieces {
-            (0..stride).for_each(|i| means[i / 3][i % 3] += piece.sums[i] / pixels as f64);
-            add(&mut self.products, &piece.products);
-        }
-        means
+        add_pieces(&pieces, pixels, &mut self.products)
     }
 
     /// Adds all replicates of another set \[Chan83\]. Returns what that adds to the products: those of the other set, and those of the
@@ -156,8 +144,7 @@ impl ImageMoments {
     /// Moves some of the means, from the first pixel of a piece on, to those of both sets, and adds what follows from the distance between
     /// the two to squared deviations and to `products`.
     fn move_means<N: Number>(&mut self, first: usize, count: u32, others: &[N], products: &mut [[f64; 3]]) {
-        let (a, b) = (self.count as f64, count as f64);
-        let (share, factor) = (b / (a + b), a * b / (a + b));
+        let (share, factor) = self.weights_of(count);
         let (layers, stride, entries) = (self.layers, self.layers * 3, self.products.len());
         let range = first..first + others.len();
         let pieces: Vec<_> = self.mean[range.clone()]
@@ -166,21 +153,17 @@ impl ImageMoments {
             .zip(others.par_chunks(PIECE * stride))
             .map(|((mean, m2), others)| {
                 let mut piece = Piece::new(layers, self.series, entries);
-                let pixels = mean.chunks_exact_mut(stride).zip(m2.chunks_exact_mut(stride));
-                for ((mean, m2), others) in pixels.zip(others.chunks_exact(stride)) {
-                    for (i, ((mean, m2), other)) in mean.iter_mut().zip(m2).zip(others).enumerate() {
-                        let delta = other.value() - *mean;
-                        *mean += delta * share;
-                        *m2 += delta * delta * factor;
-                        piece.before[i] = delta;
-                        piece.after[i] = delta * factor;
-                    }
-                    piece.add_products();
-                }
+                piece.move_means((mean, m2), others, (share, factor));
                 piece.products
             })
             .collect();
         pieces.iter().for_each(|piece| add(products, piece));
+    }
+
+    /// By which part of their distance means move when so many replicates are added, and what its square counts for.
+    fn weights_of(&self, count: u32) -> (f64, f64) {
+        let (a, b) = (self.count as f64, count as f64);
+        (b / (a + b), a * b / (a + b))
     }
 
     /// Ends the merge with a set of so many replicates that adds this to the products.
@@ -217,60 +200,23 @@ fn add_numbers<N: Number>(sums: &mut [f64], numbers: &[N]) {
     });
 }
 
-/// How an image is divided into blocks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct BlockGrid {
-    width: u32,
-    height: u32,
-    /// Blocks in a row.
-    pub columns: u32,
-    /// Rows of blocks.
-    pub rows: u32,
-}
-
-impl BlockGrid {
-    /// The grid of an image of the given size.
-    pub fn new(width: u32, height: u32) -> Self {
-        Self { width, height, columns: width.min(BLOCK_GRID), rows: height.min(BLOCK_GRID) }
-    }
-
-    /// Number of blocks.
-    pub fn count(&self) -> usize {
-        (self.columns * self.rows) as usize
-    }
-
-    /// The means over blocks of a film's pixels.
-    pub fn average(&self, film: &Film, layers: usize) -> Film {
-        let stride = layers * 3;
-        let mut blocks = Film::new(self.columns, self.rows, layers);
-        let columns: Vec<_> = (0..self.columns).map(|i| part(i, self.columns, self.width)).collect();
-        blocks.sums.par_chunks_mut(self.columns as usize * stride).enumerate().for_each(|(i, blocks)| {
-            let rows = part(i as u32, self.rows, self.height);
-            for y in rows.clone() {
-                let row = &film.sums[y * self.width as usize * stride..][..self.width as usize * stride];
-                for (sums, columns) in blocks.chunks_exact_mut(stride).zip(&columns) {
-                    for pixel in row[columns.start * stride..columns.end * stride].chunks_exact(stride) {
-                        sums.iter_mut().zip(pixel).for_each(|(a, b)| *a += b);
-                    }
-                }
-            }
-            for (sums, columns) in blocks.chunks_exact_mut(stride).zip(&columns) {
-                let pixels = (rows.len() * columns.len()) as f64;
-                sums.iter_mut().for_each(|s| *s /= pixels);
-            }
-        });
-        blocks
-    }
-}
-
-/// The pixels of one of so many parts of a row or column of such a size: those `x` for which `x · parts / size`, rounded down, is its number.
-fn part(number: u32, parts: u32, size: u32) -> Range<usize> {
-    let first = |number: u32| (u64::from(number) * u64::from(size)).div_ceil(u64::from(parts)) as usize;
-    first(number)..first(number + 1)
-}
-
 fn add(sum: &mut [[f64; 3]], other: &[[f64; 3]]) {
     sum.iter_mut().zip(other).for_each(|(s, o)| (0..3).for_each(|c| s[c] += o[c]));
+}
+
+/// Adds up what the pieces of a replicate add to the products. Returns the layers' means over so many pixels.
+fn add_pieces<'p>(
+    pieces: impl IntoIterator<Item = &'p Piece>,
+    pixels: usize,
+    products: &mut [[f64; 3]],
+) -> Vec<[f64; 3]> {
+    let mut means = Vec::new();
+    for piece in pieces {
+        means.resize(piece.sums.len() / 3, [0.0; 3]);
+        piece.sums.iter().enumerate().for_each(|(i, sum)| means[i / 3][i % 3] += sum / pixels as f64);
+        add(products, &piece.products);
+    }
+    means
 }
 
 /// Partial sums over a run of pixels.
@@ -292,6 +238,45 @@ impl Piece {
             after: vec![0.0; stride],
             sums: vec![0.0; stride],
             products: vec![[0.0; 3]; entries],
+        }
+    }
+
+    /// Adds replicate number `n` of some pixels, sums times `scale`, to their moments \[Welford62\].
+    fn push<N: Number>(&mut self, (mean, m2): (&mut [f64], &mut [f64]), sums: &[N], (n, scale): (f64, f64)) {
+        let stride = self.sums.len();
+        for ((mean, m2), sums) in mean.chunks_mut(stride).zip(m2.chunks_mut(stride)).zip(sums.chunks(stride)) {
+            for i in 0..stride {
+                let x = sums[i].value() * scale;
+                let before = x - mean[i];
+                mean[i] += before / n;
+                let after = x - mean[i];
+                m2[i] += before * after;
+                self.before[i] = before;
+                self.after[i] = after;
+                self.sums[i] += x;
+            }
+            self.add_products();
+        }
+    }
+
+    /// Moves the means of some pixels to those of both sets.
+    fn move_means<N: Number>(
+        &mut self,
+        (mean, m2): (&mut [f64], &mut [f64]),
+        others: &[N],
+        (share, factor): (f64, f64),
+    ) {
+        let stride = self.sums.len();
+        let pixels = mean.chunks_exact_mut(stride).zip(m2.chunks_exact_mut(stride));
+        for ((mean, m2), others) in pixels.zip(others.chunks_exact(stride)) {
+            for (i, ((mean, m2), other)) in mean.iter_mut().zip(m2).zip(others).enumerate() {
+                let delta = other.value() - *mean;
+                *mean += delta * share;
+                *m2 += delta * delta * factor;
+                self.before[i] = delta;
+                self.after[i] = delta * factor;
+            }
+            self.add_products();
         }
     }
 

@@ -72,7 +72,7 @@ impl Tally {
     }
 
     /// Adds all but the moments of pixels.
-    fn merge_beside(&mut self, other: &Self) {
+    pub(crate) fn merge_beside(&mut self, other: &Self) {
         self.blocks.merge(&other.blocks);
         self.means.extend_from_slice(&other.means);
         self.seconds.extend_from_slice(&other.seconds);

@@ -26,17 +26,18 @@
 mod channels;
 mod reading;
 
-use super::{ExportError, write_atomically};
+use super::{ExportError, write_streamed};
 use crate::machine::VERSION;
+use channels::Samples;
 use exr::meta::attribute::Chromaticities;
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image, IntegerBounds, Layer,
+    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, Image, IntegerBounds, Layer,
     LayerAttributes, LineOrder, SmallVec, Text, Vec2, WritableImage,
 };
 use integrators::Measurement;
 pub use reading::{ImageLayer, LayeredImage, read_layers};
 use std::collections::HashMap;
-use std::io::Cursor;
+use std::io::{self, BufRead, BufReader, BufWriter, Cursor, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::str::FromStr;
 
@@ -119,9 +120,8 @@ pub fn write_measurement(
     meta: &ImageMeta,
     selection: LayerSelection,
 ) -> Result<(), ExportError> {
-    let bytes =
-        encode(measurement, meta, selection).map_err(|reason| ExportError::Encode { path: path.to_owned(), reason })?;
-    write_atomically(path, &bytes)
+    let written = write_streamed(path, |file| encode_to(file, measurement, meta, selection));
+    written.map_err(|source| not_written(path, source))
 }
 
 /// Writes layers that were read and changed, whole or not at all, with the attributes that they came with.
@@ -133,9 +133,18 @@ pub fn write_layers(path: &Path, image: &LayeredImage) -> Result<(), ExportError
     let other = image.attributes.iter().map(|(name, value)| (text(name), AttributeValue::Text(text(value)))).collect();
     let software_name = Some(text(&format!("neumann {VERSION}")));
     let attributes = LayerAttributes { software_name, other, ..LayerAttributes::default() };
-    let bytes = encode_channels(size, size, attributes, channels::of_layers(&image.layers));
-    let bytes = bytes.map_err(|reason| ExportError::Encode { path: path.to_owned(), reason })?;
-    write_atomically(path, &bytes)
+    let channels = channels::of_layers(&image.layers);
+    let written = write_streamed(path, |file| encode_channels(file, size, size, attributes, channels));
+    written.map_err(|source| not_written(path, source))
+}
+
+/// The error about a file that could not be encoded or written.
+fn not_written(path: &Path, source: io::Error) -> ExportError {
+    let path = path.to_owned();
+    match source.kind() {
+        io::ErrorKind::InvalidInput => ExportError::Encode { path, reason: source.to_string() },
+        _ => ExportError::Write { path, source },
+    }
 }
 
 /// A measurement as the bytes of its file.
@@ -144,19 +153,31 @@ pub(crate) fn encode(
     meta: &ImageMeta,
     selection: LayerSelection,
 ) -> Result<Vec<u8>, String> {
+    let mut bytes = Cursor::new(Vec::new());
+    encode_to(&mut bytes, measurement, meta, selection).map_err(|e| e.to_string())?;
+    Ok(bytes.into_inner())
+}
+
+fn encode_to(
+    to: &mut (impl Read + Write + Seek),
+    measurement: &Measurement,
+    meta: &ImageMeta,
+    selection: LayerSelection,
+) -> io::Result<()> {
     let size = (measurement.width as usize, measurement.height as usize);
     let (width, height) = measurement.image_size;
     let display = (width as usize, height as usize);
-    encode_channels(size, display, layer_attributes(measurement, meta), channels::of(measurement, selection))
+    encode_channels(to, size, display, layer_attributes(measurement, meta), channels::of(measurement, selection))
 }
 
-/// A file of so many pixels of an image that has so many.
+/// Writes a file of so many pixels of an image that has so many, of which few lines are in memory at once.
 fn encode_channels(
+    to: &mut (impl Read + Write + Seek),
     (width, height): (usize, usize),
     display: (usize, usize),
     attributes: LayerAttributes,
-    channels: Vec<AnyChannel<FlatSamples>>,
-) -> Result<Vec<u8>, String> {
+    channels: Vec<AnyChannel<Samples>>,
+) -> io::Result<()> {
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let channels = AnyChannels::sort(SmallVec::from_vec(channels));
@@ -168,11 +189,12 @@ fn encode_channels(
         blue: Vec2(0.15, 0.06),
         white: Vec2(0.3127, 0.3290),
     });
-    let mut bytes = Cursor::new(Vec::new());
-    image.write().to_buffered(&mut bytes).map_err(|e| e.to_string())?;
-    let mut bytes = bytes.into_inner();
-    sort_attributes(&mut bytes).ok_or("the header written is not as expected")?;
-    Ok(bytes)
+    let written = image.write().to_buffered(BufWriter::new(&mut *to));
+    written.map_err(|e| match e {
+        exr::error::Error::Io(e) => e,
+        e => io::Error::new(io::ErrorKind::InvalidInput, e.to_string()),
+    })?;
+    sort_attributes(to)
 }
 
 /// Standard attributes where there is one, ours prefixed `neumann:`; no name longer than the 31 bytes that every reader takes.
@@ -225,30 +247,30 @@ pub fn without_time(exr: &[u8]) -> Vec<u8> {
 }
 
 /// Sorts the header's attributes by name, as the reference implementation writes them; the `exr` crate leaves them in the
-/// order of a hash map, which is another in every process. `None` if this isn't the header of a single-part file.
+/// order of a hash map, which is another in every process.
 ///
-/// A header is magic number and version (8 bytes), then for each attribute name, NUL, type, NUL, length (`i32`), value; then NUL.
-fn sort_attributes(file: &mut [u8]) -> Option<()> {
-    let start = 8;
-    let mut end = start;
+/// The header of a single-part file is magic number and version (8 bytes), then for each attribute name, NUL, type, NUL, length (`i32`), value;
+/// then NUL.
+fn sort_attributes(file: &mut (impl Read + Write + Seek)) -> io::Result<()> {
+    let start = SeekFrom::Start(8);
+    file.seek(start)?;
+    let mut from = BufReader::new(&mut *file);
     let mut attributes = Vec::new();
-    while *file.get(end)? != 0 {
-        let name = string_length(&file[end..])?;
-        let kind = string_length(&file[end + name + 1..])?;
-        let value = end + name + kind + 2;
-        let length = i32::from_le_bytes(file.get(value..value + 4)?.try_into().ok()?);
-        let next = value + 4 + usize::try_from(length).ok()?;
-        attributes.push((file[end..end + name].to_vec(), file.get(end..next)?.to_vec()));
-        end = next;
+    loop {
+        let mut attribute = Vec::new();
+        if from.read_until(0, &mut attribute)? <= 1 {
+            break;
+        }
+        from.read_until(0, &mut attribute)?;
+        let mut length = [0; 4];
+        from.read_exact(&mut length)?;
+        attribute.extend(length);
+        from.by_ref().take(u64::from(u32::from_le_bytes(length))).read_to_end(&mut attribute)?;
+        attributes.push(attribute);
     }
     attributes.sort();
-    let sorted: Vec<u8> = attributes.into_iter().flat_map(|(_, bytes)| bytes).collect();
-    file[start..end].copy_from_slice(&sorted);
-    Some(())
-}
-
-fn string_length(bytes: &[u8]) -> Option<usize> {
-    bytes.iter().position(|&b| b == 0)
+    file.seek(start)?;
+    file.write_all(&attributes.concat())
 }
 
 #[cfg(test)]

@@ -49,9 +49,20 @@ impl Markup {
         self.text.push_str(&other.text);
     }
 
+    /// Another piece, much larger than this one, which takes no memory besides its own.
+    pub fn append_large(&mut self, other: Markup) {
+        let before = std::mem::replace(&mut self.text, other.text);
+        self.text.insert_str(0, &before);
+    }
+
     /// All that was written.
     pub fn as_str(&self) -> &str {
         &self.text
+    }
+
+    /// The same, of a piece that ends here.
+    pub fn into_string(self) -> String {
+        self.text
     }
 
     fn open(&mut self, tag: &'static str, attributes: Attributes) {
@@ -99,5 +110,17 @@ mod tests {
         m.line("td", &[("title", &hostile)], hostile);
         let escaped = "&lt;/td&gt;&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt;&quot;onload=&quot;y&amp;\u{fffd}";
         assert_eq!(m.as_str(), format!("<td title=\"{escaped}\">{escaped}</td>"));
+    }
+
+    #[test]
+    fn a_large_piece_stands_where_a_small_one_would() {
+        let [mut small, mut large, mut piece] = [0, 1, 2].map(|_| Markup::default());
+        piece.line("p", &[], "a");
+        for m in [&mut small, &mut large] {
+            m.text("before");
+        }
+        small.append(&piece);
+        large.append_large(piece);
+        assert_eq!(small, large);
     }
 }

@@ -67,7 +67,7 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
     written.map_err(|source| ExportError::Write { path: path.to_owned(), source })
 }
 
-/// The same for a file that `write` writes piece by piece.
+/// The same for a file that `write` writes piece by piece, and may read again.
 ///
 /// # Errors
 /// Those of `write`, and those of [`write_atomically`].
@@ -84,7 +84,7 @@ pub fn write_streamed(path: &Path, write: impl FnOnce(&mut File) -> std::io::Res
 }
 
 fn write_and_sync(path: &Path, write: impl FnOnce(&mut File) -> std::io::Result<()>) -> std::io::Result<()> {
-    let mut file = File::create(path)?;
+    let mut file = File::options().read(true).write(true).create(true).truncate(true).open(path)?;
     write(&mut file)?;
     file.sync_all()
 }

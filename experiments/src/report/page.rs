@@ -41,14 +41,14 @@ pub fn page(result: &ExperimentResult, scenes: &[SceneReport], integrals: Option
             });
         });
         m.element("body", &[], |m| {
-            m.append(&body);
+            m.append_large(body);
             m.element("script", &[("type", &"module"), ("nonce", &nonce)], |m| {
                 viewer::Images::script().into_iter().for_each(|file| m.verbatim(file));
             });
         });
     });
     m.text("\n");
-    m.as_str().to_owned()
+    m.into_string()
 }
 
 /// All that is read and seen.

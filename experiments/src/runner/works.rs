@@ -126,9 +126,9 @@ impl Runner<'_> {
             let of = if job.what == IMAGE { String::new() } else { format!(", {}", job.what) };
             self.progress.say(format!("{}, {}{of}", job.scene.name, job.planned.label));
             let work = job.work();
-            shards.each(&job.content(), &mut |place, bytes| {
-                let all = work * f64::from(place.replicates());
-                self.progress.during(all, |_| job.take(place, bytes))?;
+            shards.each(&job.content(), job.taken(), &mut |places, bytes| {
+                let all = work * places.iter().map(|place| f64::from(place.replicates())).sum::<f64>();
+                self.progress.during(all, |_| job.take(places, bytes))?;
                 let ended = self.stop.signal().is_some() || job.replicates() >= length.most(turn);
                 Ok(if ended { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
             })?;

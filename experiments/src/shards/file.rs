@@ -237,7 +237,7 @@ pub fn read_record(file: &mut File, place: &Place, bytes: &mut Vec<u8>) -> io::R
     let length = usize::try_from(place.length).map_err(|_| damaged("a length beyond all memory"))?;
     bytes.resize(length, 0);
     let mut record = Record::begin(file, place)?;
-    bytes.chunks_mut(PIECE).try_for_each(|piece| record.fill(piece))?;
+    bytes.chunks_mut(PIECE).try_for_each(|piece| record.read_exact(piece))?;
     record.end()
 }
 
@@ -246,20 +246,23 @@ pub(super) struct Record<'f> {
     file: &'f mut File,
     hasher: blake3::Hasher,
     hash: blake3::Hash,
+    left: u64,
+}
+
+impl Read for Record<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let length = self.file.take(self.left).read(buffer)?;
+        self.hasher.update(&buffer[..length]);
+        self.left -= length as u64;
+        Ok(length)
+    }
 }
 
 impl<'f> Record<'f> {
     /// Before the first of its bytes.
     pub(super) fn begin(file: &'f mut File, place: &Place) -> io::Result<Self> {
         file.seek(SeekFrom::Start(place.offset))?;
-        Ok(Self { file, hasher: place.begun_hash(), hash: place.hash })
-    }
-
-    /// Reads as many more.
-    pub(super) fn fill(&mut self, piece: &mut [u8]) -> io::Result<()> {
-        self.file.read_exact(piece)?;
-        self.hasher.update(piece);
-        Ok(())
+        Ok(Self { file, hasher: place.begun_hash(), hash: place.hash, left: place.length })
     }
 
     /// Whether all of its bytes, read by now, are what was written.

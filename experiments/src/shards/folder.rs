@@ -1,7 +1,7 @@
 //! All shards of a plan, looked through; and what is wrong with those that cannot be merged.
 
 use super::file::{self, Contents, Look, Place};
-use super::stream::{self, Take};
+use super::stream::{self, Take, Taken};
 use super::{FOLDER, Foreign, ShardPlan, difference};
 use crate::error::Error;
 use crate::result::Origin;
@@ -70,14 +70,14 @@ impl Shards {
         Ok(survey.end())
     }
 
-    /// Has the records of the unit whose numbers follow from what has this hash taken in order, until `take` breaks.
+    /// Has the records of the unit whose numbers follow from what has this hash taken in order, some of them side by side, until `take` breaks.
     ///
     /// # Errors
     /// If a record cannot be read or taken, some of it is left, it does not fit its hash, or there is none.
-    pub fn each(&self, content: &blake3::Hash, take: &mut Take) -> Result<(), Error> {
+    pub fn each(&self, content: &blake3::Hash, taken: Taken, take: &mut Take) -> Result<(), Error> {
         let records = self.units.get(content).map(|&unit| self.records[unit].as_slice());
         match records.filter(|records| !records.is_empty()) {
-            Some(records) => stream::records(&self.files, records, take),
+            Some(records) => stream::records(&self.files, records, taken, take),
             None => Err(Error::usage("the plan lacks what this experiment asks for; plan anew in another folder")),
         }
     }
@@ -88,8 +88,8 @@ impl Shards {
     /// Those of [`Self::each`].
     pub fn read<T>(&self, content: &blake3::Hash, read: impl Fn(&mut dyn Read) -> io::Result<T>) -> Result<T, Error> {
         let mut value = None;
-        self.each(content, &mut |_, bytes| {
-            value = Some(read(bytes)?);
+        self.each(content, Taken::InTurn, &mut |_, bytes| {
+            value = bytes.iter_mut().map(|bytes| read(bytes)).next().transpose()?;
             Ok(ControlFlow::Break(()))
         })?;
         value.ok_or_else(|| Error::usage("the plan lacks what this experiment asks for; plan anew in another folder"))

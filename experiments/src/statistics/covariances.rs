@@ -13,13 +13,16 @@ use super::means::{SKEWED_VALID_FROM, student_quantile, studentised, wider};
 use super::positive::recursion;
 use super::{Estimate, Interval};
 use crate::observations::ONE_BY_ONE;
+use integrators::statistics::PIECE;
 use integrators::stored;
 use rayon::prelude::*;
 use sampling::moments::Moments;
 use std::borrow::Cow;
+use std::ops::Range;
 
-/// Pixels that are looked at in one piece; pieces are added up in order.
-const PIECE: usize = 1024;
+/// Pixels whose means lie together. Allocators give memory of a megabyte or so back to the system when it is freed; that of one piece they keep, and
+/// what has freed a whole image they take for a program that will want as much again.
+const PART: usize = 8 * PIECE;
 
 /// Recursive products of all pairs of layers, one replicate at a time.
 #[derive(Clone, Debug)]
@@ -27,8 +30,8 @@ pub struct Covariances {
     pixels: usize,
     layers: usize,
     count: usize,
-    /// Mean image so far, `[pixel][layer]`.
-    mean: Vec<[f64; 3]>,
+    /// Mean image so far, `[pixel][layer]`, in parts of [`PART`] pixels; none once there are groups.
+    mean: Vec<Vec<[f64; 3]>>,
     /// By pair, `i (i + 1) / 2 + j` for j ≤ i: one a replicate, from the second on, and then perhaps one a group.
     products: Vec<Vec<f64>>,
 }
@@ -39,22 +42,34 @@ impl Covariances {
     /// No replicates yet of images with so many pixels and layers.
     pub fn new(pixels: usize, layers: usize) -> Self {
         let products = vec![Vec::new(); layers * (layers + 1) / 2];
-        Self { pixels, layers, count: 0, mean: vec![[0.0; 3]; pixels * layers], products }
+        let parts = (0..pixels).step_by(PART).map(|first| PART.min(pixels - first));
+        let mean = parts.map(|pixels| vec![[0.0; 3]; pixels * layers]).collect();
+        Self { pixels, layers, count: 0, mean, products }
     }
 
     /// Adds a replicate's image, given by layer and pixel.
     pub fn push(&mut self, image: impl Fn(usize, usize) -> [f64; 3] + Sync) {
-        self.count += 1;
-        let (share, layers, pairs) = (1.0 / self.count as f64, self.layers, self.products.len());
-        let pieces: Vec<Vec<f64>> = self
-            .mean
-            .par_chunks_mut(PIECE * layers)
-            .enumerate()
-            .map(|(piece, means)| {
+        let added = self.push_pixels(0..self.pixels, 1, |_, layer, pixel| image(layer, pixel));
+        self.count_in(1, &added);
+    }
+
+    /// Adds some pixels of the images of so many replicates, given by replicate, layer and pixel. They follow those that were added before, and
+    /// are a multiple of [`PIECE`], except at the end. Returns what [`Self::count_in`] is to be told, by piece, replicate and pair.
+    pub fn push_pixels(
+        &mut self,
+        pixels: Range<usize>,
+        replicates: usize,
+        image: impl Fn(usize, usize, usize) -> [f64; 3] + Sync,
+    ) -> Vec<Vec<Vec<f64>>> {
+        let (count, layers, pairs) = (self.count, self.layers, self.products.len());
+        let piece = |(piece, means): (usize, &mut [[f64; 3]])| {
+            let first = pixels.start + piece * PIECE;
+            let of_replicate = |replicate: usize| {
+                let share = 1.0 / (count + replicate + 1) as f64;
                 let (mut sums, mut deviations) = (vec![0.0; pairs], vec![[0.0; 3]; layers]);
                 for (i, means) in means.chunks_mut(layers).enumerate() {
                     for (layer, (mean, deviation)) in means.iter_mut().zip(&mut deviations).enumerate() {
-                        let value = image(layer, piece * PIECE + i);
+                        let value = image(replicate, layer, first + i);
                         for c in 0..3 {
                             deviation[c] = value[c] - mean[c];
                             mean[c] += deviation[c] * share;
@@ -63,14 +78,25 @@ impl Covariances {
                     add_products(&mut sums, &deviations);
                 }
                 sums
-            })
-            .collect();
-        if self.count < 2 {
-            return;
+            };
+            (0..replicates).map(of_replicate).collect()
+        };
+        let pieces = self.mean.iter_mut().flat_map(|part| part.chunks_mut(PIECE * layers));
+        let pieces: Vec<_> = pieces.skip(pixels.start / PIECE).take(pixels.len().div_ceil(PIECE)).collect();
+        pieces.into_par_iter().enumerate().map(piece).collect()
+    }
+
+    /// Ends the addition of so many replicates, whose pixels have all been added.
+    pub fn count_in(&mut self, replicates: usize, added: &[Vec<Vec<f64>>]) {
+        for replicate in 0..replicates {
+            self.count += 1;
+            if self.count < 2 {
+                continue;
+            }
+            let scale = (1.0 - 1.0 / self.count as f64) / (3 * self.pixels) as f64;
+            let sum = |pair: usize| added.iter().map(|piece| piece[replicate][pair]).sum::<f64>();
+            self.products.iter_mut().enumerate().for_each(|(pair, products)| products.push(sum(pair) * scale));
         }
-        let scale = (1.0 - share) / (3 * self.pixels) as f64;
-        let sum = |pair: usize| pieces.iter().map(|piece| piece[pair]).sum::<f64>();
-        self.products.iter_mut().enumerate().for_each(|(pair, products)| products.push(sum(pair) * scale));
     }
 
     /// Adds a group of so many replicates after the first [`ONE_BY_ONE`], by what it adds to the sums over pixels of products, as
@@ -78,6 +104,8 @@ impl Covariances {
     pub fn push_group(&mut self, replicates: usize, sums: &[[f64; 3]]) {
         assert!(self.count >= ONE_BY_ONE as usize, "groups come after single replicates");
         self.count += replicates;
+        // No single replicate comes after a group.
+        self.mean = Vec::new();
         let (n, layers) = ((3 * self.pixels) as f64, self.layers);
         let pairs = (0..layers).flat_map(|i| (0..=i).map(move |j| i * layers + j));
         pairs.zip(&mut self.products).for_each(|(at, products)| products.push(sums[at].iter().sum::<f64>() / n));
@@ -188,6 +216,21 @@ fn interval(products: &[f64], moments: &Moments, salt: u64) -> Option<Interval> 
 mod tests {
     use super::*;
     use sampling::moments::CovarianceMoments;
+
+    #[test]
+    fn replicates_side_by_side_have_the_products_of_one_after_the_other() {
+        const PIXELS: usize = PART + PIECE + 5;
+        let value = |r: usize, layer: usize, pixel: usize| [((r * 7 + layer * 3 + pixel * 5) as f64).sin(); 3];
+        let [mut in_turn, mut at_once] = [0, 1].map(|_| Covariances::new(PIXELS, 2));
+        (0..5).for_each(|r| in_turn.push(|layer, pixel| value(r, layer, pixel)));
+        for replicates in [0..3, 3..5] {
+            let image = |r: usize, layer: usize, pixel: usize| value(replicates.start + r, layer, pixel);
+            let mut added = at_once.push_pixels(0..7 * PIECE, replicates.len(), image);
+            added.extend(at_once.push_pixels(7 * PIECE..PIXELS, replicates.len(), image));
+            at_once.count_in(replicates.len(), &added);
+        }
+        assert_eq!((in_turn.products, in_turn.mean), (at_once.products, at_once.mean));
+    }
 
     #[test]
     fn covariances_are_those_of_the_replicates() {

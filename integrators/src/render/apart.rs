@@ -9,6 +9,7 @@ use crate::fireflies::Fireflies;
 use crate::measurement::Counters;
 use crate::state::{Stored, damaged};
 use crate::statistics::GROUP;
+use crate::statistics::side_by_side::{Pixels, SideBySide};
 use crate::tally::Tally;
 use std::io::{self, Read, Write};
 
@@ -44,14 +45,11 @@ impl Render<'_> {
     /// If the bytes are damaged, or of a render of other layers.
     pub fn read_replicate(&mut self, from: &mut dyn Read) -> io::Result<f64> {
         let seconds = f64::read(from)?;
-        read_numbers(&mut self.film.sums, from)?;
-        let (counters, invalid) = (Counters::read(from)?, <Vec<u64>>::read(from)?);
-        let fireflies = Fireflies::read(from)?;
-        let layers = self.group.invalid.len();
-        if invalid.len() != layers || fireflies.layers().len() != layers {
-            return Err(damaged("it is of another image"));
+        if self.film.sums.is_empty() {
+            self.film.clear();
         }
-        (self.group.counters, self.group.invalid, self.group.fireflies) = (counters, invalid, fireflies);
+        read_numbers(&mut self.film.sums, from)?;
+        read_counts(&mut self.group, from)?;
         Ok(seconds)
     }
 
@@ -62,6 +60,31 @@ impl Render<'_> {
     pub fn take_replicate(&mut self, from: &mut dyn Read) -> io::Result<()> {
         let seconds = self.read_replicate(from)?;
         self.add_replicate(seconds);
+        Ok(())
+    }
+
+    /// Takes what [`Self::write_replicate`] wrote of all replicates of the next group, full or the last one, for replicates of its own: the bits are
+    /// those of taking one after the other, but no more than some pixels of each are in memory, which `look` is shown in order.
+    ///
+    /// # Errors
+    /// If a group is at work, or the bytes are damaged or of a render of other layers, or cannot be read: the render is of no use then.
+    pub fn take_replicates<R: Read + Send>(&mut self, from: &mut [R], look: &mut dyn FnMut(&Pixels)) -> io::Result<()> {
+        let (layers, samples) = (self.request.film_layers(), self.settings.samples_per_replicate);
+        let all = self.whole.pixels.mean.len() / (layers * 3);
+        if !(1..=GROUP as usize).contains(&from.len()) || self.group.count() > 0 {
+            return Err(damaged("it is of other replicates"));
+        }
+        let mut group = Tally::new(0, &self.grid, layers, self.request.layers().len());
+        group.seconds = from.iter_mut().map(|from| f64::read(from)).collect::<io::Result<_>>()?;
+        let (mut pixels, mut sums) =
+            (Pixels::new(from.len(), layers, samples), SideBySide::new(self.grid, from.len(), layers));
+        while pixels.read(all, from)? {
+            look(&pixels);
+            sums.add(&mut self.whole.pixels, &pixels);
+        }
+        // Each has what has been counted since the group began.
+        from.iter_mut().try_for_each(|from| read_counts(&mut group, from))?;
+        self.last_group = (group.seconds.len() as u32, sums.end(&mut self.whole, group, samples));
         Ok(())
     }
 
@@ -98,6 +121,17 @@ impl Render<'_> {
         self.last_group = (group.count(), self.whole.merge_from(&group, from)?);
         Ok(())
     }
+}
+
+/// Reads what has been counted since a group began.
+fn read_counts(group: &mut Tally, from: &mut dyn Read) -> io::Result<()> {
+    let (counters, invalid, fireflies) = (Counters::read(from)?, <Vec<u64>>::read(from)?, Fireflies::read(from)?);
+    let layers = group.invalid.len();
+    if invalid.len() != layers || fireflies.layers().len() != layers {
+        return Err(damaged("it is of another image"));
+    }
+    (group.counters, group.invalid, group.fireflies) = (counters, invalid, fireflies);
+    Ok(())
 }
 
 fn write_numbers(numbers: &[f64], to: &mut dyn Write) -> io::Result<()> {

@@ -1,9 +1,14 @@
 use super::*;
 use crate::method::Methods;
+use crate::statistics::side_by_side::Pixels;
 use scenes::{LoadOptions, Skip};
 
 fn scene() -> Scene {
-    scenes::load("cornell_box", &LoadOptions { size: Some((6, 5)), skip: Skip::Unneeded }).unwrap()
+    scene_of((6, 5))
+}
+
+fn scene_of(size: (u32, u32)) -> Scene {
+    scenes::load("cornell_box", &LoadOptions { size: Some(size), skip: Skip::Unneeded }).unwrap()
 }
 
 fn render<'a>(scene: &'a Scene, method: &'a dyn Integrator, max_order: usize) -> Render<'a> {
@@ -103,6 +108,42 @@ fn replicates_rendered_apart_add_up_to_the_bits_of_one_render() {
         assert!(other.take_replicate(&mut apart[0].as_slice()).is_err());
         assert!(new().take_replicate(&mut &apart[0][..apart[0].len() - 1]).is_err());
     }
+}
+
+#[test]
+fn replicates_side_by_side_add_up_to_the_bits_of_one_render() {
+    const ALL: u32 = 19;
+    // More pixels than are taken at once, and rows that end anywhere in them.
+    let scene = scene_of((70, 47));
+    let method = Methods::standard().build("bdpt", &serde_json::json!({})).unwrap();
+    let new = || with_fireflies(&scene, &*method);
+    let (mut whole, mut part, mut merged) = (new(), new(), new());
+    (0..ALL).for_each(|_| whole.run_replicate(&|_| {}));
+    let mut of_replicate = |number| {
+        let (seconds, mut bytes) = (part.run_apart(number, &|_| {}), Vec::new());
+        part.write_replicate(seconds, &mut bytes).unwrap();
+        bytes
+    };
+    let apart: Vec<Vec<u8>> = (0..ALL).map(&mut of_replicate).collect();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    for group in apart.chunks(GROUP as usize) {
+        let mut last = new();
+        last.read_replicate(&mut group[group.len() - 1].as_slice()).unwrap();
+        let mut from: Vec<&[u8]> = group.iter().map(Vec::as_slice).collect();
+        let mut seen = 0;
+        let mut look = |pixels: &Pixels| {
+            assert_eq!((pixels.range().start, pixels.replicates()), (seen, group.len()));
+            for (pixel, layer) in pixels.range().flat_map(|pixel| (0..3).map(move |layer| (pixel, layer))) {
+                assert_eq!(pixels.value(group.len() - 1, layer, pixel), last.last_replicate(layer, pixel));
+            }
+            seen = pixels.range().end;
+        };
+        pool.install(|| merged.take_replicates(&mut from, &mut look)).unwrap();
+        assert!(seen == 70 * 47 && from.iter().all(|left| left.is_empty()));
+    }
+    assert_eq!(merged.replicates(), ALL);
+    assert!(new().take_replicates(&mut [&apart[0][..apart[0].len() - 1]], &mut |_| {}).is_err());
+    assert!(told(merged) == told(whole));
 }
 
 #[test]

@@ -1,48 +1,84 @@
-//! What a file holds: the channels of its layers.
+//! What a file holds: the channels of its layers, whose samples are worked out line by line as they are written.
 
 use super::{ImageLayer, LayerSelection, text};
-use exr::prelude::{AnyChannel, FlatSamples, Vec2};
+use exr::block::lines::LineRefMut;
+use exr::image::write::samples::{SamplesWriter, WritableSamples};
+use exr::math::RoundingMode;
+use exr::meta::attribute::{LevelMode, SampleType};
+use exr::meta::header::Header;
+use exr::prelude::{AnyChannel, Vec2};
 use integrators::{Measurement, Part, Quantity};
 
-type Channel = AnyChannel<FlatSamples>;
+type Channel<'m> = AnyChannel<Samples<'m>>;
+
+/// The samples of a channel, by pixel.
+pub(super) struct Samples<'m>(Box<dyn Fn(usize) -> f64 + Sync + 'm>);
+
+impl<'s> WritableSamples<'s> for Samples<'_> {
+    type Writer = Lines<'s>;
+
+    fn sample_type(&self) -> SampleType {
+        SampleType::F32
+    }
+
+    fn infer_level_modes(&self) -> (LevelMode, RoundingMode) {
+        (LevelMode::Singular, RoundingMode::Down)
+    }
+
+    fn create_samples_writer(&'s self, header: &Header) -> Lines<'s> {
+        Lines { width: header.layer_size.width(), value: &*self.0 }
+    }
+}
+
+/// The lines of a channel.
+pub(super) struct Lines<'s> {
+    width: usize,
+    value: &'s (dyn Fn(usize) -> f64 + Sync),
+}
+
+impl SamplesWriter for Lines<'_> {
+    fn extract_line(&self, line: LineRefMut<'_>) {
+        let first = line.location.position.y() * self.width + line.location.position.x();
+        line.write_samples(|i| (self.value)(first + i) as f32).expect("a line has room for its samples");
+    }
+}
 
 /// The channels of the layers of a measurement that are asked for.
-pub(super) fn of(m: &Measurement, selection: LayerSelection) -> Vec<Channel> {
-    let mut channels = Channels { pixels: m.pixels(), list: Vec::new() };
+pub(super) fn of(m: &Measurement, selection: LayerSelection) -> Vec<Channel<'_>> {
+    let mut channels = Channels { list: Vec::new() };
     let with_variance = selection.variance && m.replicates >= 2;
-    channels.colour("", &|p| m.total(p));
+    channels.colour("", |p| m.total(p));
     for (i, layer) in m.layers.iter().enumerate() {
         let name = layer.name(m.max_order);
         if selection.orders {
-            channels.colour(&name, &|p| m.mean(i, p));
+            channels.colour(&name, move |p| m.mean(i, p));
         }
         if with_variance {
-            channels.colour(&format!("{name}_var"), &|p| variance_of_mean(m, i, p));
+            channels.colour(&format!("{name}_var"), move |p| variance_of_mean(m, i, p));
         }
     }
     for (i, part) in m.parts() {
         let name = part.name(m.max_order);
         let of_weights = matches!(part, Part::Strategy { quantity: Quantity::Weights, .. });
         match of_weights {
-            true => channels.luminance(&name, &|p| mean_weight(m, i, p).0),
-            false => channels.colour(&name, &|p| m.mean(i, p)),
+            true => channels.luminance(&name, move |p| mean_weight(m, i, p).0),
+            false => channels.colour(&name, move |p| m.mean(i, p)),
         }
         let name = format!("{name}_var");
         match of_weights {
             _ if !with_variance => {}
-            true => channels.luminance(&name, &|p| mean_weight(m, i, p).1),
-            false => channels.colour(&name, &|p| variance_of_mean(m, i, p)),
+            true => channels.luminance(&name, move |p| mean_weight(m, i, p).1),
+            false => channels.colour(&name, move |p| variance_of_mean(m, i, p)),
         }
     }
     channels.list
 }
 
 /// The channels of layers that were read.
-pub(super) fn of_layers(layers: &[ImageLayer]) -> Vec<Channel> {
-    let pixels = layers.first().map_or(0, |layer| layer.pixels.len());
-    let mut channels = Channels { pixels, list: Vec::new() };
+pub(super) fn of_layers(layers: &[ImageLayer]) -> Vec<Channel<'_>> {
+    let mut channels = Channels { list: Vec::new() };
     for layer in layers {
-        channels.colour(&layer.name, &|p| layer.pixels[p].map(f64::from));
+        channels.colour(&layer.name, |p| layer.pixels[p].map(f64::from));
     }
     channels.list
 }
@@ -66,31 +102,26 @@ fn mean_weight(m: &Measurement, layer: usize, pixel: usize) -> (f64, f64) {
     (w, variance)
 }
 
-struct Channels {
-    pixels: usize,
-    list: Vec<Channel>,
+struct Channels<'m> {
+    list: Vec<Channel<'m>>,
 }
 
-impl Channels {
+impl<'m> Channels<'m> {
     /// Adds a layer of three colours.
-    fn colour(&mut self, layer: &str, value: &dyn Fn(usize) -> [f64; 3]) {
-        let mut planes: [Vec<f32>; 3] = std::array::from_fn(|_| Vec::with_capacity(self.pixels));
-        for pixel in 0..self.pixels {
-            let v = value(pixel);
-            planes.iter_mut().zip(v).for_each(|(plane, x)| plane.push(x as f32));
-        }
-        for (plane, c) in planes.into_iter().zip(["R", "G", "B"]) {
-            self.add(if layer.is_empty() { c.to_owned() } else { format!("{layer}.{c}") }, plane);
+    fn colour(&mut self, layer: &str, value: impl Fn(usize) -> [f64; 3] + Copy + Sync + 'm) {
+        for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
+            let name = if layer.is_empty() { name.to_owned() } else { format!("{layer}.{name}") };
+            self.add(&name, move |pixel| value(pixel)[c]);
         }
     }
 
     /// Adds a layer of one number, which goes by the name of luminance.
-    fn luminance(&mut self, layer: &str, value: &dyn Fn(usize) -> f64) {
-        self.add(format!("{layer}.Y"), (0..self.pixels).map(|pixel| value(pixel) as f32).collect());
+    fn luminance(&mut self, layer: &str, value: impl Fn(usize) -> f64 + Sync + 'm) {
+        self.add(&format!("{layer}.Y"), value);
     }
 
-    fn add(&mut self, name: String, samples: Vec<f32>) {
-        let sample_data = FlatSamples::F32(samples);
-        self.list.push(AnyChannel { name: text(&name), sample_data, quantize_linearly: false, sampling: Vec2(1, 1) });
+    fn add(&mut self, name: &str, value: impl Fn(usize) -> f64 + Sync + 'm) {
+        let sample_data = Samples(Box::new(value));
+        self.list.push(AnyChannel { name: text(name), sample_data, quantize_linearly: false, sampling: Vec2(1, 1) });
     }
 }

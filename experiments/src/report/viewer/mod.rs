@@ -85,9 +85,32 @@ struct LayerImage {
 
 /// A layer before it is packed.
 struct Raw {
-    column: usize,
     means: Vec<[f64; 3]>,
     errors: Option<Vec<[f64; 3]>>,
+}
+
+impl Raw {
+    fn of(m: &Measurement, layer: usize, shrink: usize) -> Self {
+        let size = [m.width, m.height].map(|n| n as usize);
+        let replicates = f64::from(m.replicates);
+        let error = |pixel| m.variance(layer, pixel).unwrap_or_default().map(|v| (v / replicates).sqrt());
+        Self {
+            means: shrunk(size, shrink, |pixel| m.mean(layer, pixel)),
+            errors: (m.replicates >= 2).then(|| shrunk(size, shrink, error)),
+        }
+    }
+
+    fn of_truth(truth: &Truth, layer: Option<Layer>, shrink: usize) -> Self {
+        let (means, variances) = truth.image(layer).unwrap_or_default();
+        Self {
+            means: shrunk(truth.size, shrink, |pixel| means[pixel]),
+            errors: Some(shrunk(truth.size, shrink, |pixel| variances[pixel].map(f64::sqrt))),
+        }
+    }
+
+    fn packed(&self) -> Packed {
+        pack(&self.means, self.errors.as_deref())
+    }
 }
 
 impl Images {
@@ -174,44 +197,46 @@ impl SceneImages {
             packed: Vec::new(),
         };
         for method in &scene.methods {
-            let raw = images.layers_of(method, shrink);
+            let (m, layers) = (&method.measurement, images.layers_of(method));
             let quantile = student_quantile(f64::from(method.measurement.replicates.max(2)) - 1.0);
-            images.add(method.title(), quantile, &raw);
+            images.add(method.title(), quantile, &layers, |&(_, layer)| Raw::of(m, layer, shrink));
         }
         if let Some(truth) = truth {
-            let raw = layers_of_truth(truth, &scene.numbers.columns, shrink);
-            images.add("reference".to_owned(), NORMAL, &raw);
+            let known = scene
+                .numbers
+                .columns
+                .iter()
+                .enumerate()
+                .filter(|(_, layer)| layer.is_none_or(|layer| truth.layers.contains(&layer)));
+            let known: Vec<(usize, Option<Layer>)> = known.map(|(column, &layer)| (column, layer)).collect();
+            images.add("reference".to_owned(), NORMAL, &known, |&(_, layer)| Raw::of_truth(truth, layer, shrink));
         }
         images
     }
 
-    fn layers_of(&self, method: &MethodResult, shrink: usize) -> Vec<Raw> {
+    /// The columns of a method's layers, and which layers these are.
+    fn layers_of(&self, method: &MethodResult) -> Vec<(usize, usize)> {
         let m = &method.measurement;
         let column = |name: &str| self.columns.iter().position(|column| column.symbol == name);
-        let series = m.layers.iter().enumerate().map(|(i, &layer)| (i, column(&symbol(Some(layer)))));
-        let parts = m.parts().filter(|(_, part)| is_image(part)).map(|(i, part)| (i, column(&part.name(m.max_order))));
-        let replicates = f64::from(m.replicates);
-        series
-            .chain(parts)
-            .filter_map(|(layer, column)| {
-                let size = [m.width, m.height].map(|n| n as usize);
-                let error = |pixel| m.variance(layer, pixel).unwrap_or_default().map(|v| (v / replicates).sqrt());
-                Some(Raw {
-                    column: column?,
-                    means: shrunk(size, shrink, |pixel| m.mean(layer, pixel)),
-                    errors: (m.replicates >= 2).then(|| shrunk(size, shrink, error)),
-                })
-            })
-            .collect()
+        let series = m.layers.iter().enumerate().map(|(i, &layer)| (column(&symbol(Some(layer))), i));
+        let parts = m.parts().filter(|(_, part)| is_image(part)).map(|(i, part)| (column(&part.name(m.max_order)), i));
+        series.chain(parts).filter_map(|(column, layer)| Some((column?, layer))).collect()
     }
 
-    fn add(&mut self, label: String, quantile: f64, layers: &[Raw]) {
-        let packed: Vec<Packed> = layers.par_iter().map(|raw| pack(&raw.means, raw.errors.as_deref())).collect();
+    /// Adds layers, each with its column first. As many as there are threads are in memory at once before they are packed.
+    fn add<L: Sync>(
+        &mut self,
+        label: String,
+        quantile: f64,
+        layers: &[(usize, L)],
+        raw: impl Fn(&(usize, L)) -> Raw + Sync,
+    ) {
+        let packed: Vec<Packed> = layers.par_iter().map(|layer| raw(layer).packed()).collect();
         let mut method = MethodImages { label, quantile, layers: Vec::new() };
-        for (raw, packed) in layers.iter().zip(packed) {
+        for (&(column, _), packed) in layers.iter().zip(packed) {
             let at = (!packed.bytes.is_empty()).then_some(self.packed.len());
             let (scale, largest_error) = (packed.scale, packed.largest_error);
-            method.layers.push(LayerImage { column: raw.column, scale, largest_error, at });
+            method.layers.push(LayerImage { column, scale, largest_error, at });
             self.packed.extend(at.map(|_| packed));
         }
         self.methods.push(method);
@@ -241,16 +266,6 @@ impl Column {
 /// Whether a part is an image of light.
 fn is_image(part: &Part) -> bool {
     !matches!(part, Part::Strategy { quantity: Quantity::Weights, .. })
-}
-
-fn layers_of_truth(truth: &Truth, columns: &[Option<Layer>], shrink: usize) -> Vec<Raw> {
-    let images = columns.iter().enumerate().filter_map(|(column, &layer)| {
-        let (means, variances) = truth.image(layer)?;
-        let means = shrunk(truth.size, shrink, |pixel| means[pixel]);
-        let errors = shrunk(truth.size, shrink, |pixel| variances[pixel].map(f64::sqrt));
-        Some(Raw { column, means, errors: Some(errors) })
-    });
-    images.collect()
 }
 
 /// Means of blocks of pixels. Of standard errors that is the largest which the block's mean may have, whatever the correlation of its
