@@ -22,7 +22,7 @@ use std::ops::Range;
 
 /// Pixels whose means lie together. Allocators give memory of a megabyte or so back to the system when it is freed; that of one piece they keep, and
 /// what has freed a whole image they take for a program that will want as much again.
-const PART: usize = 8 * PIECE;
+const PART: usize = 4 * PIECE;
 
 /// Recursive products of all pairs of layers, one replicate at a time.
 #[derive(Clone, Debug)]
@@ -225,8 +225,8 @@ mod tests {
         (0..5).for_each(|r| in_turn.push(|layer, pixel| value(r, layer, pixel)));
         for replicates in [0..3, 3..5] {
             let image = |r: usize, layer: usize, pixel: usize| value(replicates.start + r, layer, pixel);
-            let mut added = at_once.push_pixels(0..7 * PIECE, replicates.len(), image);
-            added.extend(at_once.push_pixels(7 * PIECE..PIXELS, replicates.len(), image));
+            let mut added = at_once.push_pixels(0..PART - PIECE, replicates.len(), image);
+            added.extend(at_once.push_pixels(PART - PIECE..PIXELS, replicates.len(), image));
             at_once.count_in(replicates.len(), &added);
         }
         assert_eq!((in_turn.products, in_turn.mean), (at_once.products, at_once.mean));
