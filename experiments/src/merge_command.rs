@@ -29,7 +29,7 @@ pub fn merge(args: &MergeArgs, methods: &Methods, verbosity: Verbosity, stop: &S
     let pool = budget::pool(args.threads)?;
     let (threads, foreign) = (pool.current_num_threads(), Foreign::of_flag(args.allow_foreign));
     shards::check_origin(&divided, threads, foreign)?;
-    let mut plan = while_loading(verbosity, || Plan::new(&divided.source(), divided.experiment()?, methods))?;
+    let mut plan = while_loading(verbosity, || Plan::of_shards(&divided.source(), divided.experiment()?, methods))?;
     divided.check(&mut plan)?;
     let mut folder = Folder::open(path)?;
     run_command::former_results(path, &plan, false)?;

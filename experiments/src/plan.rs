@@ -94,6 +94,23 @@ impl Plan {
     /// # Errors
     /// The first fault, with its place and mend.
     pub fn new(source: &Source, experiment: Experiment, methods: &Methods) -> Result<Self, Error> {
+        let plan = Self::loaded(source, experiment, methods)?;
+        plan.check_memory(&Render::bytes)?;
+        Ok(plan)
+    }
+
+    /// The same of replicates that have been rendered, of which a merge holds less at once.
+    ///
+    /// # Errors
+    /// As [`Plan::new`].
+    pub fn of_shards(source: &Source, experiment: Experiment, methods: &Methods) -> Result<Self, Error> {
+        let plan = Self::loaded(source, experiment, methods)?;
+        let bytes = if plan.reference.is_some() { Render::bytes } else { Render::bytes_of_whole };
+        plan.check_memory(&bytes)?;
+        Ok(plan)
+    }
+
+    fn loaded(source: &Source, experiment: Experiment, methods: &Methods) -> Result<Self, Error> {
         experiment.check().map_err(|(key, message)| source.blame(&key, message))?;
         let metrics = experiment.metrics().map_err(|(key, message)| source.blame(&key, message))?;
         let budget = match (experiment.spp, experiment.seconds) {
@@ -111,7 +128,6 @@ impl Plan {
         plan.check_until().map_err(|message| source.blame("until", message))?;
         plan.check_support(registry)?;
         plan.reference = PlannedReference::new(source, &plan.experiment, registry, (&plan.scenes, &plan.methods))?;
-        plan.check_memory()?;
         Ok(plan)
     }
 
@@ -161,7 +177,7 @@ impl Plan {
     }
 
     /// Films of all methods of the largest scene are held at once, and the results of all.
-    fn check_memory(&self) -> Result<(), Error> {
+    fn check_memory(&self, of_render: &dyn Fn(u64, u64) -> u64) -> Result<(), Error> {
         let mut largest: u128 = 0;
         let mut kept: u128 = 0;
         for scene in &self.scenes {
@@ -177,8 +193,7 @@ impl Plan {
                     false => render::request(&scene.scene, &*method.method, &settings, &self.parts)?,
                 };
                 let layers = request.film_layers() as u64;
-                of_scene +=
-                    u128::from(Render::bytes(pixels, layers)) + u128::from(method.method.bytes(pixels, &request));
+                of_scene += u128::from(of_render(pixels, layers)) + u128::from(method.method.bytes(pixels, &request));
                 // What is noted of each replicate needs the mean image, for errors once more.
                 let noted = request.layers().len() as u64 + u64::from(judged) * (request.layers().len() as u64 + 1);
                 of_scene += u128::from(pixels) * u128::from(noted) * 24;

@@ -6,7 +6,7 @@
 //!
 //! | bytes | what |
 //! |---|---|
-//! | 16 | `neumann state 2` and a line feed; 2 is the format |
+//! | 16 | `neumann state 1` and a line feed; 1 is the format |
 //! | 32 | the key |
 //! | 4 | complete replicates, little-endian as all that follows |
 //! | … | what [`integrators::state::Stored`] writes of the unit |

@@ -206,6 +206,11 @@ impl<'a> Render<'a> {
         120 * pixels * layers
     }
 
+    /// The same where replicates are taken side by side: of the whole alone.
+    pub fn bytes_of_whole(pixels: u64, layers: u64) -> u64 {
+        48 * pixels * layers
+    }
+
     /// Replicates finished.
     pub fn replicates(&self) -> u32 {
         self.whole.count() + self.group.count()

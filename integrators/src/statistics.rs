@@ -241,6 +241,11 @@ impl Piece {
         }
     }
 
+    /// Without what it is worked out in, for those that are kept.
+    fn kept(self) -> Self {
+        Self { before: Vec::new(), after: Vec::new(), ..self }
+    }
+
     /// Adds replicate number `n` of some pixels, sums times `scale`, to their moments \[Welford62\].
     fn push<N: Number>(&mut self, (mean, m2): (&mut [f64], &mut [f64]), sums: &[N], (n, scale): (f64, f64)) {
         let stride = self.sums.len();

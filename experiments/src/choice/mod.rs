@@ -93,7 +93,7 @@ impl Choice {
         self.runs.iter().map(run).collect::<Vec<_>>().join(", ")
     }
 
-    /// The setting that has the same runs again: `runs=path:1:0.2;light:0,2,3:0.8`.
+    /// The setting that has the same runs again: `runs=path:1:0.2;light:0,2-3:0.8`.
     pub fn setting(&self) -> String {
         let brief: Vec<String> = self.runs.iter().map(|run| run.run.brief()).collect();
         format!("runs={}", brief.join(";"))

@@ -258,19 +258,28 @@ fn sort_attributes(file: &mut (impl Read + Write + Seek)) -> io::Result<()> {
     let mut attributes = Vec::new();
     loop {
         let mut attribute = Vec::new();
-        if from.read_until(0, &mut attribute)? <= 1 {
+        from.read_until(0, &mut attribute)?;
+        if attribute == [0] {
             break;
         }
         from.read_until(0, &mut attribute)?;
         let mut length = [0; 4];
         from.read_exact(&mut length)?;
         attribute.extend(length);
-        from.by_ref().take(u64::from(u32::from_le_bytes(length))).read_to_end(&mut attribute)?;
+        let length = u64::try_from(i32::from_le_bytes(length)).map_err(|_| unexpected())?;
+        if from.by_ref().take(length).read_to_end(&mut attribute)? as u64 != length {
+            return Err(unexpected());
+        }
         attributes.push(attribute);
     }
     attributes.sort();
     file.seek(start)?;
     file.write_all(&attributes.concat())
+}
+
+/// The error about a header that is not as the specification has it.
+fn unexpected() -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidInput, "the header written is not as expected")
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
-const HEAD: &[u8; 16] = b"neumann state 2\n";
+const HEAD: &[u8; 16] = b"neumann state 1\n";
 const HASH: usize = blake3::OUT_LEN;
 /// Bytes that are hashed, read and written at once.
 const BUFFER: usize = 1 << 20;

@@ -13,11 +13,12 @@ use super::means::{SKEWED_VALID_FROM, student_quantile, studentised, wider};
 use super::positive::recursion;
 use super::{Estimate, Interval};
 use crate::observations::ONE_BY_ONE;
+use integrators::state::Stored;
 use integrators::statistics::PIECE;
-use integrators::stored;
 use rayon::prelude::*;
 use sampling::moments::Moments;
 use std::borrow::Cow;
+use std::io::{self, Read, Write};
 use std::ops::Range;
 
 /// Pixels whose means lie together. Allocators give memory of a megabyte or so back to the system when it is freed; that of one piece they keep, and
@@ -36,7 +37,25 @@ pub struct Covariances {
     products: Vec<Vec<f64>>,
 }
 
-stored!(Covariances { pixels, layers, count, mean, products });
+impl Stored for Covariances {
+    fn write(&self, to: &mut dyn Write) -> io::Result<()> {
+        [self.pixels, self.layers, self.count].iter().try_for_each(|number| number.write(to))?;
+        self.mean.iter().map(Vec::len).sum::<usize>().write(to)?;
+        self.mean.iter().flatten().try_for_each(|mean| mean.write(to))?;
+        self.products.write(to)
+    }
+
+    fn read(from: &mut dyn Read) -> io::Result<Self> {
+        let [pixels, layers, count, mut left] = <[usize; 4]>::read(from)?;
+        let mut mean = Vec::new();
+        while left > 0 {
+            let part = left.min(PART * layers.max(1));
+            mean.push((0..part).map(|_| <[f64; 3]>::read(from)).collect::<io::Result<_>>()?);
+            left -= part;
+        }
+        Ok(Self { pixels, layers, count, mean, products: Vec::read(from)? })
+    }
+}
 
 impl Covariances {
     /// No replicates yet of images with so many pixels and layers.
@@ -54,13 +73,14 @@ impl Covariances {
     }
 
     /// Adds some pixels of the images of so many replicates, given by replicate, layer and pixel. They follow those that were added before, and
-    /// are a multiple of [`PIECE`], except at the end. Returns what [`Self::count_in`] is to be told, by piece, replicate and pair.
+    /// are a multiple of [`PIECE`], except at the end; no group has been added yet. Returns what [`Self::count_in`] is to be told, by piece, replicate and pair.
     pub fn push_pixels(
         &mut self,
         pixels: Range<usize>,
         replicates: usize,
         image: impl Fn(usize, usize, usize) -> [f64; 3] + Sync,
     ) -> Vec<Vec<Vec<f64>>> {
+        assert!(!self.in_groups(), "single replicates come before groups");
         let (count, layers, pairs) = (self.count, self.layers, self.products.len());
         let piece = |(piece, means): (usize, &mut [[f64; 3]])| {
             let first = pixels.start + piece * PIECE;

@@ -27,7 +27,10 @@ impl Film {
 
     /// Makes it black again.
     pub fn clear(&mut self) {
-        self.sums.resize(self.length, 0.0);
+        if self.sums.is_empty() {
+            // Not written yet: the threads that fill it are the first to touch its pages.
+            self.sums = vec![0.0; self.length];
+        }
         self.sums.par_chunks_mut(self.band_stride).for_each(|band| band.fill(0.0));
     }
 

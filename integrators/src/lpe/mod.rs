@@ -38,7 +38,7 @@ pub use algebra::Example;
 pub use classifier::{Classifier, State, UnknownName};
 pub use error::{LpeError, ParseError};
 pub use expression::{Expression, Notation};
-pub use lost::{least_order, loses, lost_in, told};
+pub use lost::{loses, lost_in, told};
 
 /// The longest expression \[bytes\].
 pub const MAX_LENGTH: usize = 4096;

@@ -313,13 +313,3 @@ fn a_scene_with_many_surfaces_has_few_letters() {
     let state = classifier.camera_step(classifier.camera_start(), Event::Volume, Scattering::Diffuse, 77_777);
     assert_eq!(classifier.emitted(state, 0), 0b10);
 }
-
-#[test]
-fn scatterings_that_must_be_are_counted() {
-    let cases = [("LE", 0), ("LSE", 1), ("L.*SE: mirrors", 1), ("LS.*E from points", 1), ("L(D|S)(D|S)+E: deep", 2)];
-    for (class, least) in
-        cases.into_iter().chain([("LD+S*DE", 2), ("paths of some kind", 0), ("L(D|S", 0), ("LX", 0), ("L(SD){2}E", 4)])
-    {
-        assert_eq!(least_order(class), least, "{class}");
-    }
-}

@@ -41,13 +41,14 @@ impl Pixels {
         [0, 1, 2].map(|c| f64::from_le_bytes(self.numbers[replicate][at + c]) * scale)
     }
 
-    /// Goes on to those that follow, as many as threads want at once, of so many pixels in all. Says whether there are any.
+    /// Goes on to those that follow, as many as threads want at once but no more than a sixteenth, of so many pixels in all. Says whether there are any.
     ///
     /// # Errors
     /// If they cannot be read.
     pub fn read<R: Read + Send>(&mut self, pixels: usize, from: &mut [R]) -> io::Result<bool> {
         self.first = self.range().end;
-        let count = (rayon::current_num_threads() * PIECE).min(pixels - self.first);
+        let most = (pixels / 16).next_multiple_of(PIECE).max(PIECE);
+        let count = (rayon::current_num_threads() * PIECE).min(most).min(pixels - self.first);
         self.numbers.par_iter_mut().zip(from).try_for_each(|(numbers, from)| {
             numbers.resize(count * self.layers * 3, [0; 8]);
             from.read_exact(numbers.as_flattened_mut())
@@ -95,13 +96,13 @@ impl SideBySide {
                 let push = |(replicate, numbers): (usize, &Vec<[u8; 8]>)| {
                     let (mut piece, sums) = (new(), &numbers[i * PIECE * stride..][..group_mean.len()]);
                     piece.push((&mut group_mean, &mut group_m2), sums, ((replicate + 1) as f64, scale));
-                    piece
+                    piece.kept()
                 };
                 let of_replicates = pixels.numbers.iter().enumerate().map(push).collect();
                 let mut of_group = new();
                 of_group.move_means((mean, m2), &group_mean, weights);
                 add_numbers(m2, &group_m2);
-                Added { of_replicates, of_group }
+                Added { of_replicates, of_group: of_group.kept() }
             });
         self.pieces.par_extend(of_pieces);
         let grid = self.grid;
