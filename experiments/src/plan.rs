@@ -205,6 +205,9 @@ impl Plan {
     }
 }
 
+/// The longest setting that a method is labelled by \[bytes\].
+const LONGEST_SETTING: usize = 100;
+
 /// Every method with every sampler, methods in turn.
 fn planned_methods(source: &Source, experiment: &Experiment, registry: &Methods) -> Result<Vec<PlannedMethod>, Error> {
     let samplers = &experiment.sampler.0;
@@ -234,7 +237,9 @@ fn planned_methods(source: &Source, experiment: &Experiment, registry: &Methods)
         let name = match (&entry.label, alone || setting.is_empty()) {
             (Some(label), _) => file_name(label),
             (None, true) => entry.name.clone(),
-            (None, false) => file_name(&format!("{} {setting}", entry.name)),
+            (None, false) if setting.len() <= LONGEST_SETTING => file_name(&format!("{} {setting}", entry.name)),
+            // What no file could be called tells methods apart by its hash.
+            (None, false) => format!("{}_{}", entry.name, &blake3::hash(setting.as_bytes()).to_hex()[..8]),
         };
         let mut method = Some(method);
         for &sampler in samplers {

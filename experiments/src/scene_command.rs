@@ -1,10 +1,14 @@
 //! `neumann scene`: what a scene holds, what it needs, what will be skipped, and what its importer approximated.
 
+use crate::choice;
 use crate::cli::{SceneArgs, print};
 use crate::error::{Error, Status};
 use crate::path_class;
 use crate::progress::{Verbosity, while_loading};
-use integrators::Methods;
+use crate::subject::{DEFAULT_MAX_ORDER, render_settings};
+use integrators::composite::Composite;
+use integrators::{Methods, Orders};
+use sampling::sampler::SamplerKind;
 use scenes::import::translation::{Note, NoteKind};
 use scenes::{Crop, Needs, Scene, Skip};
 use std::collections::BTreeSet;
@@ -86,7 +90,12 @@ fn describe<'a>(scene: &'a Scene, found: &[Note], registry: &Methods) -> Result<
     let mut methods = Vec::new();
     for entry in registry.entries() {
         let method = registry.build(entry.name, &serde_json::Value::Null)?;
-        let unsupported = method.unsupported(scene);
+        let mut unsupported = method.unsupported(scene);
+        if Composite::is_open(&*method) {
+            let orders = Orders::up_to(DEFAULT_MAX_ORDER);
+            let settings = render_settings(&*method, orders, false, 0, SamplerKind::default());
+            unsupported = choice::check(scene, registry, &settings).err().map(|e| e.to_string());
+        }
         methods.push(Support {
             method: entry.name,
             carries: method.expression().to_owned(),

@@ -13,7 +13,7 @@ use std::time::Instant;
 /// Samples per pixel where none are asked for.
 pub const DEFAULT_SPP: u32 = 64;
 /// The last order where neither the command line nor the scene names one.
-const DEFAULT_MAX_ORDER: usize = 8;
+pub const DEFAULT_MAX_ORDER: usize = 8;
 
 /// What is rendered, and how; the number of samples is not known yet.
 pub struct Subject {

@@ -54,14 +54,22 @@ impl Composite {
         }
         let runs: Result<Vec<Run>, String> = match given.get("runs") {
             None => Ok(Vec::new()),
-            Some(Value::String(text)) if text.trim().is_empty() => {
+            Some(Value::String(text)) if text.trim_matches([' ', ';']).is_empty() => {
                 Err("it is empty; write METHOD:ORDERS:SHARE, such as path:1-3:0.5, or leave it out".to_owned())
             }
-            Some(Value::String(text)) => text.split(';').map(Run::read).collect(),
-            Some(list) => serde_json::from_value(list.clone()).map_err(|e| crate::in_plain_words(&e.to_string())),
+            Some(Value::String(text)) => text.split(';').filter(|run| !run.trim().is_empty()).map(Run::read).collect(),
+            Some(list) => serde_json::from_value(list.clone()).map_err(|e| {
+                let what = crate::in_plain_words(&e.to_string());
+                format!(
+                    "{what}; write METHOD:ORDERS:SHARE, such as path:1-3:0.5, or, in a file, a list of tables in a list"
+                )
+            }),
         };
         let runs = runs.map_err(|reason| bad(format!("setting `runs`: {reason}")))?;
         let parts = runs.into_iter().map(|run| Part::new(run, methods)).collect::<Result<Vec<_>, _>>().map_err(bad)?;
+        if !parts.iter().map(|part| part.run.share).sum::<f64>().is_finite() {
+            return Err(bad("the shares of its runs are too large to be added up; give smaller ones".to_owned()));
+        }
         for (i, part) in parts.iter().enumerate() {
             if let Some(what) = parts[..i].iter().find_map(|other| part.in_common(other)) {
                 return Err(bad(format!("two runs estimate {what}; leave it to one of them, or each region to one")));
@@ -229,7 +237,7 @@ impl Composite {
         let busy: Vec<_> = all.filter(|(_, (_, request))| !request.layers().is_empty()).collect();
         let shares: f64 = busy.iter().map(|(_, (part, _))| part.run.share).sum();
         busy.into_iter()
-            .map(move |(i, (part, request))| (i, part, request, f64::from(samples) * part.run.share / shares))
+            .map(move |(i, (part, request))| (i, part, request, f64::from(samples) * (part.run.share / shares)))
     }
 
     /// The runs that have something to do in an image of this width and height, with their samples.

@@ -22,8 +22,10 @@ pub fn sentences(rows: &[&ChoiceRow]) -> Vec<Sentence> {
             };
             let interval = between(ratio.interval);
             let expected = between(row.choice.gain_interval);
-            let predicted =
-                row.choice.gain.map_or(String::new(), |gain| format!(" predicted {}{expected},", two_digits(gain)));
+            let single = &row.choice.single;
+            let other = if single == over { String::new() } else { format!(" over {}", brief(single)) };
+            let gain = row.choice.gain.map(two_digits);
+            let predicted = gain.map_or(String::new(), |gain| format!(" predicted {gain}{other}{expected}, and"));
             sentences.push(plain(format!(
                 "{} has {} times the efficiency of {} on the sum of all orders{interval}; the pilots{predicted} took {} s, which are not counted: with them it is {} times.",
                 brief(&row.label),

@@ -101,7 +101,9 @@ fn compositions(rows: &[ChoiceRow]) -> String {
     let line = |row: &ChoiceRow| {
         let gain = row.gain.as_ref().map_or(String::new(), |Gain { over, ratio, with_pilots }| {
             let interval = ratio.interval.map_or(String::new(), |(low, high)| format!(" [{low:.3}, {high:.3}]"));
-            let predicted = row.choice.predicted().map_or(String::new(), |gain| format!("predicted {gain}, "));
+            let (of, single) = (row.choice.predicted(), &row.choice.single);
+            let other = if single == over { String::new() } else { format!(" over {single}") };
+            let predicted = of.map_or(String::new(), |gain| format!("predicted {gain}{other}, "));
             format!(
                 "; efficiency over {over}: {predicted}measured {:.3}{interval}, {with_pilots:.3} with the pilots' time",
                 ratio.value

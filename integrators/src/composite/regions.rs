@@ -41,6 +41,9 @@ impl Regions {
                 "the regions have no weight above 0; give at least one cell some, or leave the run out".to_owned()
             );
         }
+        if !weights.iter().sum::<f64>().is_finite() {
+            return Err("the weights of the regions are too large to be added up; give smaller ones".to_owned());
+        }
         Ok(Self { columns, weights })
     }
 

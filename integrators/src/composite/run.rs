@@ -57,14 +57,14 @@ impl Run {
             [method, orders, share, regions] => (method, orders, share, Some(regions)),
             _ => return Err(no_run()),
         };
-        let share = share.parse().map_err(|_| no_run())?;
+        let share = share.parse().map_err(|_| format!("`{share}` is no share of the samples: {}", no_run()))?;
         let (orders, tail) = match orders.strip_suffix("tail") {
             Some(orders) => (orders.trim_end_matches('+'), true),
             None => (orders, false),
         };
         let (method, settings) = match method.strip_suffix(')').and_then(|inner| inner.split_once('(')) {
             Some((method, settings)) => (method, read_settings(settings).ok_or_else(no_run)?),
-            None if method.contains(['(', ')']) => return Err(no_run()),
+            None if method.contains(['(', ')']) => return Err(format!("a parenthesis has no other: {}", no_run())),
             None => (method, Map::new()),
         };
         let regions = regions.map(Regions::read).transpose()?;

@@ -201,6 +201,12 @@ fn what_cannot_be_is_refused_with_the_mend() {
     assert!(told(json!([regions("path", json!([[1, 0]])), regions("direct", json!([[0], [1]]))])).contains("order 0"));
     assert!(told(json!("path:0-8:1:1,x")).contains("`x` is no weight of a region"));
     assert!(told(json!("path(emitter):0-8:1")).contains("METHOD:ORDERS:SHARE"));
+    assert!(told(json!("path:0-8:x")).contains("`x` is no share"));
+    assert!(told(json!("path(mis=power:0-8:1")).contains("parenthesis"));
+    assert!(told(json!(" ;")).contains("empty") && composite(json!("path:0-8:1;")).is_ok());
+    assert!(told(json!("path:1:1e308;light:0,2-8:1e308")).contains("too large"));
+    assert!(told(json!("path:0-8:1:1e308,1e308")).contains("too large"));
+    assert!(told(json!([3])).contains("METHOD:ORDERS:SHARE"));
     let request = Request::new(Orders::up_to(2), true);
     let why = |runs: Value| composite(runs).unwrap().unsupported_request(&request);
     assert!(why(json!([])).unwrap().contains("no runs"));
