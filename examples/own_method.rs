@@ -5,7 +5,7 @@
 //! ```text
 //! cargo run --release --example own_method -- list methods
 //! cargo run --release --example own_method -- render cornell_box -i naive --set survival=0.9
-//! cargo run --release --example own_method -- run comparison --set 'methods=[{name="path"},{name="naive"}]'
+//! cargo run --release --example own_method -- run comparison --set 'methods=["path","naive"]'
 //! ```
 
 use integrators::method::Pixel;

@@ -3,6 +3,7 @@
 use crate::error::{Error, unknown};
 use crate::parts;
 use integrators::PartSettings;
+pub use method::MethodEntry;
 pub use reference::{Metric, Reference};
 pub use samplers::Samplers;
 use sampling::filter::Filter;
@@ -12,6 +13,7 @@ pub use sizes::Sizes;
 use std::collections::BTreeMap;
 pub use until::{OrderChoice, Until};
 
+mod method;
 mod reference;
 mod samplers;
 mod sizes;
@@ -86,20 +88,6 @@ pub struct Experiment {
     /// Integrals of known value, estimated with the samplers as [`crate::integrals`] says; left out, they are not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub integrals: Option<Convergence>,
-}
-
-/// One method of an experiment.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MethodEntry {
-    /// Registered name.
-    pub name: String,
-    /// What the results call it; its name, with the settings where a name occurs twice, if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub label: Option<String>,
-    /// The settings that differ from the defaults; a list of values stands for a method with each of them.
-    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
-    pub settings: toml::Table,
 }
 
 /// How variance against samples is measured: separate runs, each of so many samples a replicate.

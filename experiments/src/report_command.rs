@@ -62,6 +62,9 @@ fn finished(path: &Path) -> Result<StoredManifest, Error> {
     let refused = |why: &str| Err(Error::usage(format!("{} {why}", path.display())));
     let Some(stored) = manifest::read_manifest(&path.join(MANIFEST)) else {
         return match path.is_dir() {
+            true if path.join(FILE).exists() => refused(
+                "holds a plan whose shards are not merged; `neumann merge` of that folder writes results and report",
+            ),
             true => refused("holds no results of neumann; give a folder that `neumann run` has written"),
             false => refused("is no folder; give one that `neumann run` has written, such as results/comparison"),
         };
@@ -72,7 +75,9 @@ fn finished(path: &Path) -> Result<StoredManifest, Error> {
         );
     }
     if !stored.manifest.shards.is_empty() && path.join(FILE).exists() {
-        return refused("holds results of shards; `neumann merge` writes their report again");
+        return refused(
+            "holds results of shards, which have what a report is made of; `neumann merge` of that folder writes it again while they are there",
+        );
     }
     Ok(stored)
 }

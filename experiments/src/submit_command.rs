@@ -71,17 +71,23 @@ pub fn submit(args: &SubmitArgs, methods: &Methods, verbosity: Verbosity, stop: 
     go(args.engine, &home.join(files[0].0))
 }
 
-/// Makes the plan, where there is none, and otherwise sees to it that it is the one asked for.
+/// Makes the plan, where there is none, and otherwise sees to it that what is said of it is so.
 fn plan_if_asked(args: &SubmitArgs, folder: &Path, methods: &Methods, stop: &Stop) -> Result<(), Error> {
-    let there = folder.join(FILE).exists();
-    if there && args.shards.is_none() && args.changes == ChangeArgs::default() {
-        return Ok(());
-    }
-    let standing = || ShardPlan::read(folder).map(|plan| plan.count());
-    let shards = match args.shards {
-        Some(shards) => shards,
-        None if there => standing()?,
-        None => {
+    let standing = match folder.join(FILE).exists() {
+        true => Some(ShardPlan::read(folder)?.count()),
+        false => None,
+    };
+    let shards = match (args.shards, standing) {
+        (Some(asked), Some(count)) if asked != count => {
+            return Err(Error::usage(format!(
+                "the plan in {} is of {count} shards, not {asked}; leave out --shards, give another folder with --out, or discard that \
+                 plan and its shards by `neumann plan`, with --fresh",
+                folder.display()
+            )));
+        }
+        (_, Some(_)) if args.changes == ChangeArgs::default() => return Ok(()),
+        (Some(shards), _) | (None, Some(shards)) => shards,
+        (None, None) => {
             return Err(Error::usage(format!(
                 "there is no plan in {}; say how many --shards it shall have",
                 folder.display()

@@ -238,7 +238,8 @@ fn missing_corrupt_duplicate_and_foreign_shards_are_told_with_the_mend() {
     ["copy", "other"]
         .iter()
         .for_each(|name| std::fs::remove_file(folder.path().join(format!("p/shards/{name}.shard"))).unwrap());
-    for at in [bytes.len() / 2, bytes.len() - 1, 5] {
+    // In a replicate, in the hash of all, in what files begin with, and in the hash of the plan.
+    for at in [bytes.len() / 2, bytes.len() - 1, 5, 20] {
         let mut flipped = bytes.clone();
         flipped[at] ^= 1;
         std::fs::write(path(2), flipped).unwrap();
@@ -309,6 +310,7 @@ fn a_plan_stands_until_it_is_discarded() {
     fails(folder.path(), &shard("p", "1/2"), 2, &["p/plan.json", "neumann plan EXPERIMENT --shards N --out DIR"]);
     fails(folder.path(), &["merge", "p"], 2, &["p/plan.json", "neumann plan"]);
     plan(folder.path(), 2, "p");
+    fails(folder.path(), &["report", "p"], 2, &["p holds a plan", "not merged", "neumann merge"]);
     let first = std::fs::read(folder.path().join("p/plan.json")).unwrap();
     plan(folder.path(), 2, "p");
     assert!(std::fs::read(folder.path().join("p/plan.json")).unwrap() == first, "the same plan is not made again");

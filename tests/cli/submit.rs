@@ -51,8 +51,27 @@ fn an_array_and_a_merge_are_written_for_slurm_and_later_only_what_is_missing() {
     fails(folder.path(), &submit("slurm", &[]), 1, &["duplicate: ", "copy.shard is shard 2", "remove it: rm "]);
     std::fs::remove_file(shards.join("copy.shard")).unwrap();
     fails(folder.path(), &submit("slurm", &["--seed", "4"]), 2, &["p holds another plan", "--fresh"]);
+    fails(folder.path(), &submit("slurm", &["--shards", "4"]), 2, &["p is of 5 shards, not 4", "leave out --shards"]);
     render(folder.path(), "p", [1, 4, 5], 5);
     has(&succeed(folder.path(), &submit("slurm", &[])), &["all 5 shards are complete: neumann merge "]);
+}
+
+#[test]
+fn a_plan_made_with_flags_is_submitted_without_them() {
+    let folder = folder_with(&[("e.toml", PLAIN)]);
+    let flags = ["--shards", "3", "--seed", "4"];
+    succeed(folder.path(), &[&["plan", "e.toml", "--quiet", "--out", "p"][..], &flags].concat());
+    let made = std::fs::read(folder.path().join("p/plan.json")).unwrap();
+    for given in [&[][..], &flags[..2], &flags[2..], &flags] {
+        has(&succeed(folder.path(), &submit("slurm", given)), &["3 of 3 shards"]);
+    }
+    fails(
+        folder.path(),
+        &submit("slurm", &["--seed", "5"]),
+        2,
+        &["p holds another plan", "the flags that it was made with"],
+    );
+    assert!(std::fs::read(folder.path().join("p/plan.json")).unwrap() == made);
 }
 
 #[test]

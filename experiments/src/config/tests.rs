@@ -49,6 +49,25 @@ fn budgets_without_an_end_and_metrics_without_a_reference_are_faults() {
 }
 
 #[test]
+fn a_method_is_a_table_or_a_name_alone() {
+    let read = |methods: &str| {
+        toml::from_str::<Experiment>(&format!("scenes = [\"furnace\"]\nmethods = {methods}\nspp = 4\n"))
+    };
+    let experiment = read("[\"path\", { name = \"bdpt\", label = \"both\", settings = { light_paths = 2 } }]").unwrap();
+    let [path, bdpt] = &experiment.methods[..] else { panic!("{:?}", experiment.methods) };
+    assert_eq!((path.name.as_str(), path.label.as_deref(), path.settings.len()), ("path", None, 0));
+    assert_eq!((bdpt.name.as_str(), bdpt.label.as_deref(), bdpt.settings.len()), ("bdpt", Some("both"), 1));
+    // What is written is read again.
+    let again: Experiment = toml::from_str(&toml::to_string(&experiment).unwrap()).unwrap();
+    assert_eq!(again.methods, experiment.methods);
+    // Faults are told with their place.
+    for (methods, told) in [("[3]", "a method's name, or a table"), ("[{ nam = \"path\" }]", "unknown field `nam`")] {
+        let error = read(methods).unwrap_err();
+        assert!(error.message().contains(told) && error.span().is_some_and(|span| span.start > 20), "{error:?}");
+    }
+}
+
+#[test]
 fn uneven_budgets_name_the_even_ones() {
     assert_eq!(samples_per_replicate(64, 4), Ok(16));
     assert!(samples_per_replicate(10, 4).unwrap_err().contains("8 or 12 samples, or 2 replicates"));

@@ -129,22 +129,19 @@ impl Survey<'_> {
         let remove = format!("remove it: rm {}", super::plan::quoted(&told));
         let contents = match contents {
             Ok(contents) => contents,
-            Err(e) => {
-                let told = format!("corrupt: {told} ({})", reason(&e));
-                return match (1..=plan.count()).find(|&shard| plan.file(self.folder, shard) == path) {
-                    Some(shard) => self.faults.rendering_mends(shard, format!("{told}; {}", self.again(shard))),
-                    None => self.faults.user_mends(format!("{told}; {remove}")),
-                };
-            }
+            Err(e) => return self.corrupt(&path, &reason(&e)),
         };
+        // The head is among what is hashed: a plan or a number that does not fit may be all that is damaged.
+        if let Some(fault) = &contents.fault {
+            return self.corrupt(&path, fault);
+        }
         let shard = contents.head.shard;
         let ours = contents.head.plan.to_hex().as_str() == plan.hash && (1..=plan.count()).contains(&shard);
         if !ours {
             return self.faults.user_mends(format!("foreign: {told} is of another plan; {remove}"));
         }
-        if let Some(fault) = self.fault(&contents) {
-            let told = format!("corrupt: {told} ({fault}); {}", self.again(shard));
-            return self.faults.rendering_mends(shard, told);
+        if !contents.places.iter().map(Place::content).eq(plan.contents(shard)) {
+            return self.corrupt(&path, "it holds other replicates than the plan says");
         }
         if let Some(difference) = difference(&plan.origin, &contents.head.origin, self.foreign) {
             let accept = format!("accept other bits by neumann merge {} --allow-foreign, or", self.quoted_folder());
@@ -159,13 +156,19 @@ impl Survey<'_> {
         self.good.insert(shard, (path, contents));
     }
 
-    /// What a shard lacks, or has too much.
-    fn fault(&self, contents: &Contents) -> Option<String> {
-        contents.fault.clone().or_else(|| {
-            let held = contents.places.iter().map(Place::content);
-            let wanted = self.plan.contents(contents.head.shard);
-            (!held.eq(wanted)).then(|| "it holds other replicates than the plan says".to_owned())
-        })
+    /// Notes a damaged file: rendering makes the shard anew that its name tells; another one has to be removed.
+    fn corrupt(&mut self, path: &Path, fault: &str) {
+        let told = path.display().to_string();
+        match (1..=self.plan.count()).find(|&shard| self.plan.file(self.folder, shard) == path) {
+            Some(shard) => {
+                let mend = self.again(shard);
+                self.faults.rendering_mends(shard, format!("corrupt: {told} ({fault}); {mend}"));
+            }
+            None => {
+                let mend = format!("remove it: rm {}", super::plan::quoted(&told));
+                self.faults.user_mends(format!("corrupt: {told} ({fault}); {mend}"));
+            }
+        }
     }
 
     /// The command that renders a shard again.
