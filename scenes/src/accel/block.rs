@@ -16,6 +16,8 @@ pub(super) const LANES: usize = WIDTH;
 /// Triangles have numbers below two to this.
 const NUMBER_BITS: u32 = 30;
 const NUMBER: u32 = (1 << NUMBER_BITS) - 1;
+/// The corner, counted from 1, that vertex 1 is by how much corners are rotated.
+static FIRST_WEIGHT: [usize; 4] = [0, 2, 1, 0];
 /// A triangle's plane is seen at a grazing angle where the square of its sine is below this.
 const GRAZING: f64 = 1e-8;
 /// How far the direction's part along a unit normal may be off, relative to its largest coordinate.
@@ -162,7 +164,7 @@ impl Block {
     pub fn vertex_weights(&self, lane: usize, [b1, b2]: [f64; 2]) -> Vec2 {
         // Vertex v is corner v − rotation, so that the weights of the vertices 1 and 2 are those of the corners that follow on this.
         let weights = [b1 as f32, b2 as f32, (1.0 - b1 - b2) as f32, b1 as f32];
-        let first = [0, 2, 1, 0][self.rotation(lane) % 4];
+        let first = FIRST_WEIGHT[self.rotation(lane) % 4];
         vec2(weights[first], weights[first + 1])
     }
 

@@ -204,7 +204,9 @@ impl Accel {
         if !best.is_hit() {
             return None;
         }
-        Some(if best.is_placed() { self.placed_hit(query.line.ray, best) } else { self.analytic_hit(query.line, best) })
+        // Whose address is given away is kept in memory, all the way of a ray: a copy's is.
+        let best = Best { ..*best };
+        Some(if best.is_placed() { self.placed_hit(query.line.ray, &best) } else { self.analytic_hit(query.line, &best) })
     }
 
     #[inline(always)]

@@ -129,7 +129,7 @@ impl Accel {
                 self.offer_block::<L>(proof, index, query, best);
             }
             for index in 0..self.analytic.len() as u32 {
-                *best = self.offer_analytic(index, query.line, *best);
+                self.offer_analytic(index, query.line, best);
             }
             return;
         }
@@ -164,9 +164,11 @@ impl Accel {
         if leaf & SINGLE == 0 {
             self.offer_block::<L>(proof, leaf & !LEAF, query, best);
         } else if leaf & INSTANCE == 0 {
-            *best = self.offer_analytic(leaf & NUMBER, query.line, *best);
+            self.offer_analytic(leaf & NUMBER, query.line, best);
         } else {
-            *best = self.offer_instance(leaf & NUMBER, query.line, *best);
+            // Number by number, so that what is nearest is kept in registers, and not where the function writes to.
+            let Best { t, slot, id, placed, at } = self.offer_instance(leaf & NUMBER, query.line, *best);
+            (best.t, best.slot, best.id, best.placed, best.at) = (t, slot, id, placed, at);
         }
     }
 
@@ -184,16 +186,20 @@ impl Accel {
         }
     }
 
-    #[inline(never)]
-    fn offer_analytic(&self, index: u32, line: Line, mut best: Best) -> Best {
-        let [first, second] = self.analytic_meetings(index, line);
-        // Written so that the second counts where the first is NaN.
-        let t = if first > 0.0 { first } else { second };
-        let slot = ANALYTIC | index;
+    #[inline(always)]
+    fn offer_analytic(&self, index: u32, line: Line, best: &mut Best) {
+        let (t, slot) = (self.analytic_parameter(index, line), ANALYTIC | index);
         if best.is_after(t, slot) {
             (best.t, best.slot, best.id) = (t, slot, slot);
         }
-        best
+    }
+
+    /// The parameter at which a line first meets an analytic surface, if it does ahead.
+    #[inline(never)]
+    fn analytic_parameter(&self, index: u32, line: Line) -> f64 {
+        let [first, second] = self.analytic_meetings(index, line);
+        // Written so that the second counts where the first is NaN.
+        if first > 0.0 { first } else { second }
     }
 
     /// Whether anything is met before `t_max`: boxes in any order.
