@@ -109,7 +109,8 @@ impl Estimator for Direct {
         if S::WANTS.vertices {
             camera.push(PathVertex::of_camera(scene, start.at, start.weight));
         }
-        let Some(hit) = scene.intersect(&start.ray) else {
+        let met = scene.intersect(&start.ray);
+        let Some(hit) = &met else {
             if S::WANTS.vertices {
                 camera.extend(PathVertex::of_environment(scene, d, beta, start.pdf_d));
             }
@@ -118,19 +119,19 @@ impl Estimator for Direct {
         };
         let wo = -d;
         if S::WANTS.vertices {
-            camera.push(PathVertex::of_surface(&hit, d, beta, start.pdf_d, &camera[0]));
+            camera.push(PathVertex::of_surface(hit, d, beta, start.pdf_d, &camera[0]));
         }
         if hit.emitter.is_some() {
             let path = PathView { light: &[], camera: &camera };
-            add((0, 2), hit.emitter, scene.le(&hit, wo), 1.0, &mut scratch.trails, path);
+            add((0, 2), hit.emitter, scene.le(hit, wo), 1.0, &mut scratch.trails, path);
         }
         if !request.wants(1) {
             return;
         }
         sampler.start_vertex(Subpath::Camera, 1);
         let found = [
-            ((1, 2), self.by_emitter(scene, &hit, wo, sampler, scratch)),
-            ((0, 3), self.by_bsdf(scene, &hit, wo, sampler, scratch)),
+            ((1, 2), self.by_emitter(scene, hit, wo, sampler, scratch)),
+            ((0, 3), self.by_bsdf(scene, hit, wo, sampler, scratch)),
         ];
         for (technique, found) in found {
             let Some(Found { emitter, value, weight, wi, delta, end }) = found else { continue };

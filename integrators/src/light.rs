@@ -111,16 +111,17 @@ impl<S: Sink> Walk<'_, S> {
         let mut order = 0;
         while self.request.wants_from(order + 1) {
             scratch.counters.closest += 1;
-            let Some(hit) = self.scene.intersect(&ray) else { return };
+            let met = self.scene.intersect(&ray);
+            let Some(hit) = &met else { return };
             let wo = -ray.d;
             order += 1;
             sampler.start_vertex(Subpath::Light, order as u32);
             if S::WANTS.vertices {
                 let before = scratch.light[scratch.light.len() - 1];
-                scratch.light.push(PathVertex::of_surface(&hit, ray.d, emitted * throughput, pdf, &before));
+                scratch.light.push(PathVertex::of_surface(hit, ray.d, emitted * throughput, pdf, &before));
             }
             if self.request.wants(order) && hit.is_connectable() {
-                self.connect(&hit, wo, emitted * throughput, order, sampler, scratch);
+                self.connect(hit, wo, emitted * throughput, order, sampler, scratch);
             }
             if !self.request.wants_from(order + 1) {
                 return;

@@ -94,16 +94,17 @@ pub fn walk(
     while rules.has_room(vertices.len() - first) {
         counters.closest += 1;
         let previous = vertices[vertices.len() - 1];
-        let Some(hit) = scene.intersect(&ray) else {
+        let met = scene.intersect(&ray);
+        let Some(hit) = &met else {
             if rules.subpath == Subpath::Camera {
                 vertices.extend(PathVertex::of_environment(scene, ray.d, beta, pdf));
             }
             return;
         };
-        let mut vertex = PathVertex::of_surface(&hit, ray.d, beta, pdf, &previous);
+        let mut vertex = PathVertex::of_surface(hit, ray.d, beta, pdf, &previous);
         let index = vertices.len() - first;
         let scattered = if rules.has_room(index + 1) {
-            scatter(scene, rules, &hit, &vertex, index, sampler, counters)
+            scatter(scene, rules, hit, &vertex, index, sampler, counters)
         } else {
             None
         };

@@ -177,7 +177,7 @@ impl Scene {
     }
 
     /// The first surface point on the ray's interval (0, `t_max`).
-    #[inline]
+    #[inline(always)]
     pub fn intersect(&self, ray: &Ray) -> Option<Interaction> {
         if self.needs.masks {
             return self.intersect_masked(ray);

@@ -55,20 +55,21 @@ impl<G: Guide, S: Sink> Walk<'_, G, S> {
                 return;
             }
             scratch.counters.closest += 1;
-            let Some(hit) = self.scene.intersect(&ray) else { return self.escape(ray.d, scratch) };
+            let met = self.scene.intersect(&ray);
+            let Some(hit) = &met else { return self.escape(ray.d, scratch) };
             let wo = -ray.d;
             if S::WANTS.vertices {
                 let before = scratch.camera[scratch.camera.len() - 1];
-                scratch.camera.push(PathVertex::of_surface(&hit, ray.d, self.beta, self.pdf, &before));
+                scratch.camera.push(PathVertex::of_surface(hit, ray.d, self.beta, self.pdf, &before));
             }
-            self.emission(&hit, wo, scratch);
+            self.emission(hit, wo, scratch);
             if !self.request.wants_from(self.order + 1) {
                 return;
             }
             sampler.start_vertex(Subpath::Camera, self.order as u32 + 1);
-            let next = match self.scene.body_of(&hit) {
-                Some(body) => self.meet_body(&body.subsurface, &hit, wo, sampler, scratch),
-                None => self.meet_surface(&hit, wo, sampler, scratch),
+            let next = match self.scene.body_of(hit) {
+                Some(body) => self.meet_body(&body.subsurface, hit, wo, sampler, scratch),
+                None => self.meet_surface(hit, wo, sampler, scratch),
             };
             let Some(next) = next else { return };
             ray = next;

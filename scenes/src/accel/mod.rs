@@ -206,7 +206,11 @@ impl Accel {
         }
         // Whose address is given away is kept in memory, all the way of a ray: a copy's is.
         let best = Best { ..*best };
-        Some(if best.is_placed() { self.placed_hit(query.line.ray, &best) } else { self.analytic_hit(query.line, &best) })
+        Some(if best.is_placed() {
+            self.placed_hit(query.line.ray, &best)
+        } else {
+            self.analytic_hit(query.line, &best)
+        })
     }
 
     #[inline(always)]
