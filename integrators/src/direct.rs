@@ -137,7 +137,7 @@ impl Estimator for Direct {
             let Some(Found { emitter, value, weight, wi, delta, end }) = found else { continue };
             if let Some(classifier) = classifier {
                 let trail = &mut scratch.trails.camera;
-                trail.scatter(classifier, Subpath::Camera, 0, &Bounce { hit: &hit, wo, wi, delta });
+                trail.scatter(classifier, Subpath::Camera, 0, &Bounce { hit, wo, wi, delta });
             }
             let end = S::WANTS.vertices.then(|| end.vertex(scene, emitter, wi, &camera[1])).flatten();
             let path = match (&end, technique) {

@@ -142,7 +142,7 @@ impl<S: Sink> Walk<'_, S> {
             throughput *= factor;
             if let Some(classifier) = self.classifier {
                 let trail = &mut scratch.trails.light;
-                let bounce = Bounce { hit: &hit, wo, wi: sample.wi, delta: sample.lobe.is_delta() };
+                let bounce = Bounce { hit, wo, wi: sample.wi, delta: sample.lobe.is_delta() };
                 trail.scatter(classifier, Subpath::Light, trail.last(), &bounce);
             }
             if S::WANTS.vertices {
