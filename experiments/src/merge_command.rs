@@ -32,7 +32,7 @@ pub fn merge(args: &MergeArgs, methods: &Methods, verbosity: Verbosity, stop: &S
     let mut plan = while_loading(verbosity, || Plan::of_shards(&divided.source(), divided.experiment()?, methods))?;
     divided.check(&mut plan)?;
     let mut folder = Folder::open(path)?;
-    run_command::former_results(path, &plan, false)?;
+    run_command::former_results(path, &plan, args.fresh)?;
     let find = |look| pool.install(|| Shards::find(path, &divided, foreign, look));
     let shards = match find(Look::Records)? {
         Found::All(shards) => shards,

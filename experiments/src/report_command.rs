@@ -76,7 +76,8 @@ fn finished(path: &Path) -> Result<StoredManifest, Error> {
     }
     if !stored.manifest.shards.is_empty() && path.join(FILE).exists() {
         return refused(
-            "holds results of shards, which have what a report is made of; `neumann merge` of that folder writes it again while they are there",
+            "holds results of shards, which have what a report is made of; `neumann merge` of that folder writes it again \
+             while they are there",
         );
     }
     Ok(stored)

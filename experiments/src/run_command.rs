@@ -134,7 +134,7 @@ pub(crate) fn open(name_or_path: &str, changes: &ChangeArgs) -> Result<(Source, 
     Ok((source, experiment))
 }
 
-fn changed(experiment: Experiment, args: &ChangeArgs) -> Result<Experiment, Error> {
+pub(crate) fn changed(experiment: Experiment, args: &ChangeArgs) -> Result<Experiment, Error> {
     let mut experiment = settings::change_experiment(experiment, &args.set)?;
     experiment.until = args.until.or(experiment.until);
     experiment.max_spp = args.max_spp.or(experiment.max_spp);
@@ -191,36 +191,41 @@ const GO_ON: &str = "the same command, without --fresh, goes on from there";
 
 /// The manifest of an earlier run of the same configuration in this folder, which this run replaces.
 pub(crate) fn former_results(path: &Path, plan: &Plan, fresh: bool) -> Result<Option<Manifest>, Error> {
+    let former = former_manifest(path)?;
+    if !fresh {
+        check_former(path, former.as_ref(), plan)?;
+    }
+    Ok(former)
+}
+
+/// The manifest of an earlier run in this folder, which has to be one for results: empty, or with some of them, or with a plan.
+fn former_manifest(path: &Path) -> Result<Option<Manifest>, Error> {
     let former = manifest::read_manifest(&path.join(MANIFEST)).map(|stored| stored.manifest);
-    let begun = States::begun(path);
     let states = States::are_alone(path);
     let is_ours = |entry: &std::fs::DirEntry| {
         let name = entry.file_name();
         name.to_string_lossy().starts_with(output::HIDDEN)
             || (states && name == states::FOLDER)
-            || [shards::FOLDER, shards::plan::FILE, submit_command::FOLDER].iter().any(|ours| name == *ours)
+            || [shards::FOLDER, submit_command::FOLDER].iter().any(|ours| name == *ours)
     };
     let foreign = || std::fs::read_dir(path).is_ok_and(|entries| entries.flatten().any(|entry| !is_ours(&entry)));
-    if former.is_none() && foreign() {
+    if former.is_none() && !path.join(shards::plan::FILE).exists() && foreign() {
         return Err(Error::usage(format!(
             "{} holds files, but no results of neumann; give another folder with --out",
             path.display()
         )));
     }
-    if !fresh {
-        check_former(path, begun.as_ref(), former.as_ref(), plan)?;
-    }
     Ok(former)
 }
 
 /// Refuses to replace results of another configuration, and complete ones of more replicates.
-fn check_former(path: &Path, begun: Option<&Manifest>, former: Option<&Manifest>, plan: &Plan) -> Result<(), Error> {
-    let folder = path.display();
+fn check_former(path: &Path, former: Option<&Manifest>, plan: &Plan) -> Result<(), Error> {
+    let (folder, begun) = (path.display(), States::begun(path));
     // An unfinished run was allowed to replace the results before it.
-    if let Some(difference) = begun.or(former).and_then(|last| manifest::difference(last, plan)) {
+    if let Some(difference) = begun.as_ref().or(former).and_then(|last| manifest::difference(last, plan)) {
         return Err(Error::usage(format!(
-            "{folder} holds results of another configuration ({difference}); give another folder with --out, or replace them \
-             with --fresh"
+            "{folder} holds results of another configuration ({difference}); replace them with --fresh, or leave them where they are and \
+             write to another folder"
         )));
     }
     let same = former.filter(|f| f.complete && manifest::difference(f, plan).is_none());

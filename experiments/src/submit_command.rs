@@ -1,16 +1,19 @@
 //! `neumann submit`: the files by which an engine runs the shards of a plan that are not complete, and the merge.
 
 use crate::budget;
-use crate::cli::{ChangeArgs, PlanArgs, SubmitArgs, print};
+use crate::cli::{PlanArgs, SubmitArgs, print};
 use crate::error::{Error, NO_PLACE, Status};
 use crate::export::write_atomically;
+use crate::plan::Plan;
 use crate::plan_command;
 use crate::progress::Verbosity;
+use crate::run_command;
 use crate::shards::engines::{Engine, Task};
 use crate::shards::file::Look;
 use crate::shards::folder::Found;
 use crate::shards::plan::{FILE, quoted};
-use crate::shards::{Foreign, ShardPlan, Shards};
+use crate::shards::{self, Foreign, ShardPlan, Shards};
+use crate::source::Source;
 use crate::stop::Stop;
 use integrators::Methods;
 use std::path::{Path, PathBuf};
@@ -25,7 +28,7 @@ pub const FOLDER: &str = "submit";
 /// If there is no plan and none can be made, files cannot be written, or the engine is not there.
 pub fn submit(args: &SubmitArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
     args.engine.check(args)?;
-    let source = crate::source::Source::open(&args.experiment)?;
+    let source = Source::open(&args.experiment)?;
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("results").join(&source.name));
     plan_if_asked(args, &folder, methods, stop)?;
     let plan = ShardPlan::read(&folder)?;
@@ -73,31 +76,45 @@ pub fn submit(args: &SubmitArgs, methods: &Methods, verbosity: Verbosity, stop: 
 
 /// Makes the plan, where there is none, and otherwise sees to it that what is said of it is so.
 fn plan_if_asked(args: &SubmitArgs, folder: &Path, methods: &Methods, stop: &Stop) -> Result<(), Error> {
-    let standing = match folder.join(FILE).exists() {
-        true => Some(ShardPlan::read(folder)?.count()),
-        false => None,
-    };
-    let shards = match (args.shards, standing) {
-        (Some(asked), Some(count)) if asked != count => {
-            return Err(Error::usage(format!(
-                "the plan in {} is of {count} shards, not {asked}; leave out --shards, give another folder with --out, or discard that \
-                 plan and its shards by `neumann plan`, with --fresh",
-                folder.display()
-            )));
-        }
-        (_, Some(_)) if args.changes == ChangeArgs::default() => return Ok(()),
-        (Some(shards), _) | (None, Some(shards)) => shards,
-        (None, None) => {
-            return Err(Error::usage(format!(
-                "there is no plan in {}; say how many --shards it shall have",
-                folder.display()
-            )));
-        }
+    if folder.join(FILE).exists() {
+        return check_standing(args, folder, methods);
+    }
+    let Some(shards) = args.shards else {
+        return Err(Error::usage(format!(
+            "there is no plan in {}; say how many --shards it shall have",
+            folder.display()
+        )));
     };
     let (experiment, changes) = (args.experiment.clone(), args.changes.clone());
     let (out, threads) = (Some(folder.to_owned()), args.threads);
     let plan = PlanArgs { experiment, shards, out, changes, threads, fresh: false };
     plan_command::plan(&plan, methods, Verbosity::Quiet, stop).map(|_| ())
+}
+
+/// Refuses a plan that is not what flags say, or whose shards would all be refused: something that it follows from was edited, or
+/// another program made it.
+fn check_standing(args: &SubmitArgs, folder: &Path, methods: &Methods) -> Result<(), Error> {
+    let divided = ShardPlan::read(folder)?;
+    let other = |difference: String| {
+        Error::usage(format!(
+            "{} holds another plan ({difference}); leave out the flags to go on with it, give another folder with --out, or discard it \
+             and its shards by `neumann plan` with --fresh",
+            folder.display()
+        ))
+    };
+    let (count, asked) = (divided.count(), args.shards.unwrap_or(divided.count()));
+    if asked != count {
+        return Err(other(format!("of {count} shards, not {asked}")));
+    }
+    let planned = divided.experiment()?;
+    if run_command::changed(planned.clone(), &args.changes)? != planned {
+        return Err(other("its experiment is not what these flags make of it".to_owned()));
+    }
+    divided.check_source(&Source::open(&args.experiment)?)?;
+    if args.program.is_none() {
+        shards::check_origin(&divided, budget::pool(args.threads)?.current_num_threads(), Foreign::Refused)?;
+    }
+    divided.check(&mut Plan::new(&divided.source(), planned, methods)?)
 }
 
 /// The program as a cluster's machines find it: where it is, or as the user says.

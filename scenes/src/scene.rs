@@ -176,7 +176,7 @@ impl Scene {
         self.materials.iter().try_fold(Spectrum::ZERO, largest)
     }
 
-    /// The first surface point on the ray's interval (0, `t_max`).
+    /// The first surface point on the ray's interval (0, `t_max`). To be looked at where it is: it is large to be copied.
     #[inline(always)]
     pub fn intersect(&self, ray: &Ray) -> Option<Interaction> {
         if self.needs.masks {

@@ -248,7 +248,21 @@ fn missing_corrupt_duplicate_and_foreign_shards_are_told_with_the_mend() {
     // What is corrupt or missing is rendered again, and nothing else.
     render(folder.path(), "p", [2, 3], 4);
     assert_eq!(files(&folder.path().join("p")), before);
+    // What a cluster leaves beside them is in no one's way.
+    std::fs::write(folder.path().join("p/slurm-1.out"), "").unwrap();
     succeed(folder.path(), &["merge", "p", "--quiet"]);
+}
+
+#[test]
+fn a_merge_replaces_other_results_where_that_is_said() {
+    let folder = folder_with(&[("e.toml", PLAIN)]);
+    succeed(folder.path(), &["run", "e.toml", "--quiet", "--out", "p", "--seed", "7"]);
+    succeed(folder.path(), &["plan", "e.toml", "--quiet", "--out", "p", "--shards", "2", "--fresh"]);
+    render(folder.path(), "p", 1..=2, 2);
+    fails(folder.path(), &["merge", "p"], 2, &["p holds results of another configuration (seed", "--fresh"]);
+    succeed(folder.path(), &["merge", "p", "--quiet", "--fresh"]);
+    succeed(folder.path(), &["run", "e.toml", "--quiet", "--out", "serial"]);
+    assert_same(&folder.path().join("serial"), &folder.path().join("p"));
 }
 
 #[test]

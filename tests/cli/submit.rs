@@ -51,7 +51,12 @@ fn an_array_and_a_merge_are_written_for_slurm_and_later_only_what_is_missing() {
     fails(folder.path(), &submit("slurm", &[]), 1, &["duplicate: ", "copy.shard is shard 2", "remove it: rm "]);
     std::fs::remove_file(shards.join("copy.shard")).unwrap();
     fails(folder.path(), &submit("slurm", &["--seed", "4"]), 2, &["p holds another plan", "--fresh"]);
-    fails(folder.path(), &submit("slurm", &["--shards", "4"]), 2, &["p is of 5 shards, not 4", "leave out --shards"]);
+    fails(
+        folder.path(),
+        &submit("slurm", &["--shards", "4"]),
+        2,
+        &["p holds another plan (of 5 shards, not 4)", "leave out"],
+    );
     render(folder.path(), "p", [1, 4, 5], 5);
     has(&succeed(folder.path(), &submit("slurm", &[])), &["all 5 shards are complete: neumann merge "]);
 }
@@ -65,12 +70,7 @@ fn a_plan_made_with_flags_is_submitted_without_them() {
     for given in [&[][..], &flags[..2], &flags[2..], &flags] {
         has(&succeed(folder.path(), &submit("slurm", given)), &["3 of 3 shards"]);
     }
-    fails(
-        folder.path(),
-        &submit("slurm", &["--seed", "5"]),
-        2,
-        &["p holds another plan", "the flags that it was made with"],
-    );
+    fails(folder.path(), &submit("slurm", &["--seed", "5"]), 2, &["p holds another plan", "leave out the flags"]);
     assert!(std::fs::read(folder.path().join("p/plan.json")).unwrap() == made);
 }
 
@@ -126,7 +126,17 @@ fn the_other_engines_are_given_the_same_commands() {
         &script,
         &["parallel --jobs 1 --sshlogin a,b --retries 3 ", "--shard {}/4' ::: 1 2 4 || true\n", "exec neumann merge "],
     );
+    // What is there and corrupt is removed for an engine that goes by what is there.
+    let third = folder.path().join("p/shards/0003_of_0004.shard");
+    let whole = std::fs::read(&third).unwrap();
+    std::fs::write(&third, &whole[1..]).unwrap();
+    succeed(folder.path(), &submit("snakemake", &["--threads", "2"]));
+    let run = written(folder.path(), "snakemake.sh");
+    assert!(run.contains("rm -f ") && run.contains("0003_of_0004.shard\n") && !run.contains("0001_of"), "{run}");
+    has(&written(folder.path(), "Snakefile"), &["threads: 2\n"]);
+    std::fs::write(&third, &whole).unwrap();
     succeed(folder.path(), &submit("snakemake", &[]));
+    assert!(!written(folder.path(), "snakemake.sh").contains("rm "));
     let rules = ["rule all:", "_of_0004.shard\"", "range(1, 5)", "--shard {params.number}/4\"", "retries: 3", "merge "];
     has(&written(folder.path(), "Snakefile"), &rules);
     let volume = ["--image", "lab/neumann:1", "--claim", "results", "--jobs", "2", "--program", "neumann"];
@@ -146,5 +156,6 @@ fn the_other_engines_are_given_the_same_commands() {
     has(&written(folder.path(), "merge.yaml"), &["backoffLimit: 0\n", "exec neumann merge "]);
     refused(folder.path(), &submit("parallel", &["--minutes", "9"]), &["--minutes means nothing to parallel", "slurm"]);
     refused(folder.path(), &submit("slurm", &["--jobs", "2"]), &["--jobs", "only to parallel and kubernetes"]);
+    refused(folder.path(), &submit("slurm", &["--minutes", "2"]), &["120 s before its limit", "--minutes 3"]);
     refused(folder.path(), &submit("condor", &[]), &["slurm", "parallel", "snakemake", "kubernetes"]);
 }

@@ -36,6 +36,9 @@ pub struct MergeArgs {
     /// Threads [default: all cores].
     #[arg(long, value_name = "T", value_parser = parse_threads)]
     pub threads: Option<usize>,
+    /// Replace results of another configuration, or of more replicates, that the folder holds.
+    #[arg(long)]
+    pub fresh: bool,
     /// Take shards that other builds, or those for other architectures, have rendered: bits may differ.
     #[arg(long)]
     pub allow_foreign: bool,

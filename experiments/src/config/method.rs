@@ -6,6 +6,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
 /// One method of an experiment.
+///
+/// What is derived reads and writes the table, by functions of the type itself; those of the traits, below, read a name alone as well.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, remote = "Self")]
 pub struct MethodEntry {

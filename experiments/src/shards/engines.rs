@@ -22,7 +22,9 @@ pub enum Engine {
 
 /// Seconds before its limit at which a task is told to end: enough for the replicate at work.
 const NOTICE: u64 = 120;
-/// Bytes a second that every merge reads: an eighth of what it took from a local disk.
+/// Minutes of the shortest limit that leaves some time before that.
+const SHORTEST: u64 = NOTICE / 60 + 1;
+/// Bytes a second that every merge reads: a seventh of what it took from a local disk.
 const MERGED: f64 = 1e8;
 
 /// What is to be run.
@@ -47,7 +49,8 @@ impl Engine {
             Self::Parallel => vec![("parallel.sh", parallel(task))],
             Self::Snakemake => {
                 let run = format!(
-                    "{HEAD}exec snakemake --snakefile {} --cores \"${{CORES:-all}}\" --keep-going\n",
+                    "{HEAD}{}exec snakemake --snakefile {} --cores \"${{CORES:-all}}\" --keep-going\n",
+                    task.remove_corrupt(),
                     task.file("Snakefile")
                 );
                 vec![("snakemake.sh", run), ("Snakefile", snakefile(task))]
@@ -75,6 +78,11 @@ impl Engine {
             let takers: Vec<String> = takers.iter().map(|&engine| name(engine)).collect();
             let (engine, takers) = (name(self), takers.join(" and "));
             return Err(Error::usage(format!("{flag} means nothing to {engine}, only to {takers}; leave it out")));
+        }
+        if self == Slurm && args.minutes.is_some_and(|minutes| minutes < SHORTEST) {
+            return Err(Error::usage(format!(
+                "a task is told to end {NOTICE} s before its limit, and would not begin; give it --minutes {SHORTEST} or more"
+            )));
         }
         if self == Kubernetes && (args.image.is_none() || args.claim.is_none()) {
             return Err(Error::usage(
@@ -114,6 +122,13 @@ impl Task<'_> {
 
     fn merge(&self) -> String {
         format!("{} merge {}{}", quoted(&self.program), quoted(&self.folder.to_string_lossy()), self.threads())
+    }
+
+    /// The command that removes shards that are there and have to be rendered, for an engine that goes by which files are there.
+    fn remove_corrupt(&self) -> String {
+        let files = self.missing.iter().map(|&shard| self.plan.file(self.folder, shard)).filter(|file| file.exists());
+        let files: Vec<String> = files.map(|file| quoted(&file.to_string_lossy())).collect();
+        if files.is_empty() { String::new() } else { format!("rm -f {}\n", files.join(" ")) }
     }
 
     /// A file of the engine's, quoted.
@@ -210,18 +225,20 @@ fn snakefile(task: &Task) -> String {
     let (folder, count) = (task.folder.to_string_lossy(), task.plan.count());
     let command = |text: &str| string(text).replace('{', "{{").replace('}', "}}");
     let name = string(&format!("_of_{count:04}.shard"));
-    let (shards, report) = (string(&format!("{folder}/shards/")), string(&format!("{folder}/report.html")));
+    let (shards, merged) =
+        (string(&format!("{folder}/shards/")), string(&format!("{folder}/{}/merged", crate::submit_command::FOLDER)));
     let shard = command(&task.shard(""));
     let (shard, merge) = (shard.trim_end_matches('"'), command(&task.merge()));
     let (last, minutes) = (count + 1, task.minutes());
+    let threads = task.args.threads.map_or("workflow.cores".to_owned(), |threads| threads.to_string());
     format!(
         "# Written by neumann submit. Snakemake runs the shards whose files are not there.\n\
          SHARDS = [f\"{{i:04}}\" for i in range(1, {last})]\n\n\
-         rule all:\n    input: {report}\n\n\
-         rule merge:\n    input: expand({shards} + \"{{shard}}\" + {name}, shard=SHARDS)\n    output: {report}\n    \
+         rule all:\n    input: {merged}\n\n\
+         rule merge:\n    input: expand({shards} + \"{{shard}}\" + {name}, shard=SHARDS)\n    output: touch({merged})\n    \
          shell: {merge}\n\n\
          rule shard:\n    output: {shards} + \"{{shard}}\" + {name}\n    wildcard_constraints: shard=\"[0-9]+\"\n    \
-         params: number=lambda wildcards: int(wildcards.shard)\n    threads: workflow.cores\n    \
+         params: number=lambda wildcards: int(wildcards.shard)\n    threads: {threads}\n    \
          resources: runtime={minutes}\n    retries: 3\n    shell: {shard}{{params.number}}/{count}\"\n"
     )
 }

@@ -141,7 +141,8 @@ impl ShardPlan {
         })?;
         let plan = serde_json::from_slice::<Self>(&bytes).ok().filter(|plan| plan.format == FORMAT);
         plan.filter(|plan| plan.hash == plan.hashed()).ok_or_else(|| {
-            let message = "it is damaged, or of another version; plan anew in another folder, or here with --fresh";
+            let message = "it is damaged, or of another version; put a copy of it back, if there is one, or plan anew: in another folder, or here with \
+                           --fresh, which discards the shards";
             Error::File { file: path, line: None, message: message.to_owned() }
         })
     }
@@ -261,7 +262,7 @@ impl ShardPlan {
         let units = |plan: &Self| -> Vec<(String, u32)> {
             plan.units.iter().map(|unit| (unit.content.clone(), unit.replicates)).collect()
         };
-        let here = difference(&self.origin, &other.origin, Foreign::Refused);
+        let here = difference(&other.origin, &self.origin, Foreign::Refused);
         here.or_else(|| {
             let same = (&self.experiment, &self.text, units(self)) == (&other.experiment, &other.text, units(other));
             (!same).then(|| "of another experiment, or of one that was edited".to_owned())

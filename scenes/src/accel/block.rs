@@ -16,7 +16,7 @@ pub(super) const LANES: usize = WIDTH;
 /// Triangles have numbers below two to this.
 const NUMBER_BITS: u32 = 30;
 const NUMBER: u32 = (1 << NUMBER_BITS) - 1;
-/// The corner, counted from 1, that vertex 1 is by how much corners are rotated.
+/// Where the weight of vertex 1 stands among those of the corners 1, 2 and 0, by how much corners are rotated.
 static FIRST_WEIGHT: [usize; 4] = [0, 2, 1, 0];
 /// A triangle's plane is seen at a grazing angle where the square of its sine is below this.
 const GRAZING: f64 = 1e-8;

@@ -204,8 +204,8 @@ impl Accel {
         if !best.is_hit() {
             return None;
         }
-        // Whose address is given away is kept in memory, all the way of a ray: a copy's is.
-        let best = Best { ..*best };
+        // Only this copy's address is given away, so that what it is of stays in registers all the way of a ray.
+        let best = *best;
         Some(if best.is_placed() {
             self.placed_hit(query.line.ray, &best)
         } else {
