@@ -27,6 +27,9 @@ const SHORTEST: u64 = NOTICE / 60 + 1;
 /// Bytes a second that every merge reads: a seventh of what it took from a local disk.
 const MERGED: f64 = 1e8;
 
+/// The file that says to Snakemake that a merge is done, which would remove the report before it if that were the merge's output.
+const MERGED_MARK: &str = "merged";
+
 /// What is to be run.
 pub struct Task<'a> {
     /// The plan.
@@ -50,7 +53,7 @@ impl Engine {
             Self::Snakemake => {
                 let run = format!(
                     "{HEAD}{}exec snakemake --snakefile {} --cores \"${{CORES:-all}}\" --keep-going\n",
-                    task.remove_corrupt(),
+                    task.remove(MERGED_MARK),
                     task.file("Snakefile")
                 );
                 vec![("snakemake.sh", run), ("Snakefile", snakefile(task))]
@@ -124,11 +127,12 @@ impl Task<'_> {
         format!("{} merge {}{}", quoted(&self.program), quoted(&self.folder.to_string_lossy()), self.threads())
     }
 
-    /// The command that removes shards that are there and have to be rendered, for an engine that goes by which files are there.
-    fn remove_corrupt(&self) -> String {
+    /// The command that removes shards that are there and have to be rendered, and the mark of a merge before, for an engine that goes by
+    /// which files are there.
+    fn remove(&self, mark: &str) -> String {
         let files = self.missing.iter().map(|&shard| self.plan.file(self.folder, shard)).filter(|file| file.exists());
-        let files: Vec<String> = files.map(|file| quoted(&file.to_string_lossy())).collect();
-        if files.is_empty() { String::new() } else { format!("rm -f {}\n", files.join(" ")) }
+        let files: String = files.map(|file| quoted(&file.to_string_lossy()) + " ").collect();
+        format!("rm -f {files}{}\n", self.file(mark))
     }
 
     /// A file of the engine's, quoted.
@@ -225,8 +229,10 @@ fn snakefile(task: &Task) -> String {
     let (folder, count) = (task.folder.to_string_lossy(), task.plan.count());
     let command = |text: &str| string(text).replace('{', "{{").replace('}', "}}");
     let name = string(&format!("_of_{count:04}.shard"));
-    let (shards, merged) =
-        (string(&format!("{folder}/shards/")), string(&format!("{folder}/{}/merged", crate::submit_command::FOLDER)));
+    let (shards, merged) = (
+        string(&format!("{folder}/shards/")),
+        string(&format!("{folder}/{}/{MERGED_MARK}", crate::submit_command::FOLDER)),
+    );
     let shard = command(&task.shard(""));
     let (shard, merge) = (shard.trim_end_matches('"'), command(&task.merge()));
     let (last, minutes) = (count + 1, task.minutes());
