@@ -72,8 +72,8 @@ fn standing(folder: &Path, made: &ShardPlan, args: &PlanArgs) -> Result<Option<S
     match other {
         None => Ok(Some(standing)),
         Some(difference) => Err(Error::usage(format!(
-            "{} holds another plan ({difference}); go on with it by its program and its experiment, with all the flags that it was made with, or \
-             give another folder with --out, or discard it and its shards by `neumann plan` with --fresh",
+            "{} holds another plan ({difference}); go on with it by its program and its experiment, with all the \
+             flags that it was made with, or give another folder with --out, or discard it and its shards by `neumann plan` with --fresh",
             folder.display()
         ))),
     }

@@ -30,9 +30,10 @@ pub fn submit(args: &SubmitArgs, methods: &Methods, verbosity: Verbosity, stop: 
     args.engine.check(args)?;
     let source = Source::open(&args.experiment)?;
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("results").join(&source.name));
-    plan_if_asked(args, &folder, methods, stop)?;
-    let plan = ShardPlan::read(&folder)?;
-    plan.check_source(&source)?;
+    let plan = match folder.join(FILE).exists() {
+        true => standing_plan(args, &folder, &source, methods)?,
+        false => new_plan(args, &folder, methods, stop)?,
+    };
     let folder = std::path::absolute(&folder).unwrap_or(folder);
     let missing = match budget::pool(args.threads)?
         .install(|| Shards::find(&folder, &plan, Foreign::Refused, Look::Bytes))?
@@ -74,11 +75,8 @@ pub fn submit(args: &SubmitArgs, methods: &Methods, verbosity: Verbosity, stop: 
     go(args.engine, &home.join(files[0].0))
 }
 
-/// Makes the plan, where there is none, and otherwise sees to it that what is said of it is so.
-fn plan_if_asked(args: &SubmitArgs, folder: &Path, methods: &Methods, stop: &Stop) -> Result<(), Error> {
-    if folder.join(FILE).exists() {
-        return check_standing(args, folder, methods);
-    }
+/// Makes the plan.
+fn new_plan(args: &SubmitArgs, folder: &Path, methods: &Methods, stop: &Stop) -> Result<ShardPlan, Error> {
     let Some(shards) = args.shards else {
         return Err(Error::usage(format!(
             "there is no plan in {}; say how many --shards it shall have",
@@ -88,12 +86,13 @@ fn plan_if_asked(args: &SubmitArgs, folder: &Path, methods: &Methods, stop: &Sto
     let (experiment, changes) = (args.experiment.clone(), args.changes.clone());
     let (out, threads) = (Some(folder.to_owned()), args.threads);
     let plan = PlanArgs { experiment, shards, out, changes, threads, fresh: false };
-    plan_command::plan(&plan, methods, Verbosity::Quiet, stop).map(|_| ())
+    plan_command::plan(&plan, methods, Verbosity::Quiet, stop)?;
+    ShardPlan::read(folder)
 }
 
-/// Refuses a plan that is not what flags say, or whose shards would all be refused: something that it follows from was edited, or
-/// another program made it.
-fn check_standing(args: &SubmitArgs, folder: &Path, methods: &Methods) -> Result<(), Error> {
+/// The plan that is there. One that is not what flags say is refused, and one whose shards would all be refused: something that it follows
+/// from was edited, or another program made it.
+fn standing_plan(args: &SubmitArgs, folder: &Path, source: &Source, methods: &Methods) -> Result<ShardPlan, Error> {
     let divided = ShardPlan::read(folder)?;
     let other = |difference: String| {
         Error::usage(format!(
@@ -110,11 +109,12 @@ fn check_standing(args: &SubmitArgs, folder: &Path, methods: &Methods) -> Result
     if run_command::changed(planned.clone(), &args.changes)? != planned {
         return Err(other("its experiment is not what these flags make of it".to_owned()));
     }
-    divided.check_source(&Source::open(&args.experiment)?)?;
+    divided.check_source(source)?;
     if args.program.is_none() {
         shards::check_origin(&divided, budget::pool(args.threads)?.current_num_threads(), Foreign::Refused)?;
     }
-    divided.check(&mut Plan::new(&divided.source(), planned, methods)?)
+    divided.check(&mut Plan::new(&divided.source(), planned, methods)?)?;
+    Ok(divided)
 }
 
 /// The program as a cluster's machines find it: where it is, or as the user says.

@@ -5,7 +5,7 @@ use super::plan::quoted;
 use crate::cli::SubmitArgs;
 use crate::error::Error;
 use clap::ValueEnum;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What runs the shards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -53,7 +53,7 @@ impl Engine {
             Self::Snakemake => {
                 let run = format!(
                     "{HEAD}{}exec snakemake --snakefile {} --cores \"${{CORES:-all}}\" --keep-going\n",
-                    task.remove(MERGED_MARK),
+                    task.remove(),
                     task.file("Snakefile")
                 );
                 vec![("snakemake.sh", run), ("Snakefile", snakefile(task))]
@@ -127,17 +127,22 @@ impl Task<'_> {
         format!("{} merge {}{}", quoted(&self.program), quoted(&self.folder.to_string_lossy()), self.threads())
     }
 
-    /// The command that removes shards that are there and have to be rendered, and the mark of a merge before, for an engine that goes by
+    /// The command that removes shards that are there and have to be rendered, and the mark of a merge before, since Snakemake goes by
     /// which files are there.
-    fn remove(&self, mark: &str) -> String {
+    fn remove(&self) -> String {
         let files = self.missing.iter().map(|&shard| self.plan.file(self.folder, shard)).filter(|file| file.exists());
         let files: String = files.map(|file| quoted(&file.to_string_lossy()) + " ").collect();
-        format!("rm -f {files}{}\n", self.file(mark))
+        format!("rm -f {files}{}\n", self.file(MERGED_MARK))
     }
 
-    /// A file of the engine's, quoted.
+    /// Where a file of the engine's is.
+    fn place(&self, name: &str) -> PathBuf {
+        self.folder.join(crate::submit_command::FOLDER).join(name)
+    }
+
+    /// The same, quoted.
     fn file(&self, name: &str) -> String {
-        quoted(&self.folder.join(crate::submit_command::FOLDER).join(name).to_string_lossy())
+        quoted(&self.place(name).to_string_lossy())
     }
 
     /// Minutes that no shard exceeds on machines that are not slower than a third of the one that made the plan.
@@ -229,10 +234,7 @@ fn snakefile(task: &Task) -> String {
     let (folder, count) = (task.folder.to_string_lossy(), task.plan.count());
     let command = |text: &str| string(text).replace('{', "{{").replace('}', "}}");
     let name = string(&format!("_of_{count:04}.shard"));
-    let (shards, merged) = (
-        string(&format!("{folder}/shards/")),
-        string(&format!("{folder}/{}/{MERGED_MARK}", crate::submit_command::FOLDER)),
-    );
+    let (shards, merged) = (string(&format!("{folder}/shards/")), string(&task.place(MERGED_MARK).to_string_lossy()));
     let shard = command(&task.shard(""));
     let (shard, merge) = (shard.trim_end_matches('"'), command(&task.merge()));
     let (last, minutes) = (count + 1, task.minutes());

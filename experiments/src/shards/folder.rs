@@ -126,7 +126,7 @@ struct Survey<'a> {
 impl Survey<'_> {
     fn judge(&mut self, path: PathBuf, contents: io::Result<Contents>) {
         let (plan, told) = (self.plan, path.display().to_string());
-        let remove = format!("remove it: rm {}", super::plan::quoted(&told));
+        let remove = remove(&path);
         let contents = match contents {
             Ok(contents) => contents,
             Err(e) => return self.corrupt(&path, &reason(&e)),
@@ -158,16 +158,10 @@ impl Survey<'_> {
 
     /// Notes a damaged file: rendering makes the shard anew that its name tells; another one has to be removed.
     fn corrupt(&mut self, path: &Path, fault: &str) {
-        let told = path.display().to_string();
+        let told = |mend: String| format!("corrupt: {} ({fault}); {mend}", path.display());
         match (1..=self.plan.count()).find(|&shard| self.plan.file(self.folder, shard) == path) {
-            Some(shard) => {
-                let mend = self.again(shard);
-                self.faults.rendering_mends(shard, format!("corrupt: {told} ({fault}); {mend}"));
-            }
-            None => {
-                let mend = format!("remove it: rm {}", super::plan::quoted(&told));
-                self.faults.user_mends(format!("corrupt: {told} ({fault}); {mend}"));
-            }
+            Some(shard) => self.faults.rendering_mends(shard, told(self.again(shard))),
+            None => self.faults.user_mends(told(remove(path))),
         }
     }
 
@@ -205,6 +199,11 @@ impl Survey<'_> {
         }
         Found::All(shards)
     }
+}
+
+/// The command that removes a file.
+fn remove(path: &Path) -> String {
+    format!("remove it: rm {}", super::plan::quoted(&path.to_string_lossy()))
 }
 
 fn reason(error: &io::Error) -> String {

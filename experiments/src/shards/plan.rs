@@ -141,8 +141,8 @@ impl ShardPlan {
         })?;
         let plan = serde_json::from_slice::<Self>(&bytes).ok().filter(|plan| plan.format == FORMAT);
         plan.filter(|plan| plan.hash == plan.hashed()).ok_or_else(|| {
-            let message = "it is damaged, or of another version; put a copy of it back, if there is one, or plan anew: in another folder, or here with \
-                           --fresh, which discards the shards";
+            let message = "it is damaged, or of another version; put a copy of it back, if there is one, or plan anew: in \
+                           another folder, or here with --fresh, which discards the shards";
             Error::File { file: path, line: None, message: message.to_owned() }
         })
     }
