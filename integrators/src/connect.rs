@@ -232,13 +232,10 @@ impl Strategies {
         let (t, mis) = (camera.len(), self.mis);
         let z = &camera[t - 1];
         let Site::Surface(interaction) = &z.site else { return 1.0 };
-        let back_y = end.back
-            * f64::from(interaction.pdf(z.wo, wi, TransportMode::Radiance) * self.camera.survival(interaction));
+        let (forward, back) = interaction.pdfs(z.wo, wi, TransportMode::Radiance);
+        let back_y = end.back * f64::from(forward * self.camera.survival(interaction));
         let back_z = match t {
-            3.. => {
-                let back = interaction.pdf(wi, z.wo, TransportMode::Importance);
-                camera[t - 2].density(back * self.light.survival(interaction), z.at.p)
-            }
+            3.. => camera[t - 2].density(back * self.light.survival(interaction), z.at.p),
             _ => 0.0,
         };
         let from_light =
@@ -302,9 +299,8 @@ impl Strategies {
             }
             Site::Surface(interaction) => {
                 let survival = self.light.survival(interaction);
-                let forward = interaction.pdf(y.wo, -to_y, TransportMode::Importance);
+                let (forward, back) = interaction.pdfs(y.wo, -to_y, TransportMode::Importance);
                 joint.to_z = z.density(forward * survival, y.at.p);
-                let back = interaction.pdf(-to_y, y.wo, TransportMode::Radiance);
                 joint.back_y = light[s - 2].density(back * survival, y.at.p);
             }
             Site::Camera(_) => {}
@@ -313,10 +309,9 @@ impl Strategies {
             Site::Camera(rays) => joint.to_y = camera_density(scene, *rays, z, y, to_y),
             Site::Surface(interaction) => {
                 let survival = self.camera.survival(interaction);
-                let forward = interaction.pdf(z.wo, to_y, TransportMode::Radiance);
+                let (forward, back) = interaction.pdfs(z.wo, to_y, TransportMode::Radiance);
                 joint.to_y = y.density(forward * survival, z.at.p);
                 if t >= 3 {
-                    let back = interaction.pdf(to_y, z.wo, TransportMode::Importance);
                     joint.back_z = camera[t - 2].density(back * survival, z.at.p);
                 }
             }

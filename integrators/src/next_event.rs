@@ -64,7 +64,7 @@ pub fn shadow_ray(from: &SurfacePoint, endpoint: &Endpoint, wi: Vec3) -> Ray {
 }
 
 /// Chooses an emitter and a point on it, as seen from a point. The sampler stands at the vertex. `None` where nothing can arrive.
-#[inline]
+#[inline(always)]
 pub fn sample_next_event(scene: &Scene, from: &SurfacePoint, sampler: &mut Sampler) -> Option<NextEvent> {
     let uc = if scene.needs.emitter_choice { sampler.get_1d(Purpose::NextEmitter) } else { 0.0 };
     let (emitter, pmf) = scene.choose_emitter_for(from, uc)?;
@@ -90,7 +90,7 @@ impl Candidates {
     /// The one that was sampled, or one of several, chosen in proportion to what they would contribute unshadowed, and its contribution
     /// over the number of times that it is expected among as many points of its density: whatever weight depends on the path
     /// alone leaves the mean right. `contribution` may say more of a point. The sampler stands at the vertex again.
-    #[inline]
+    #[inline(always)]
     pub fn choose<T>(
         self,
         scene: &Scene,
@@ -98,20 +98,29 @@ impl Candidates {
         sampler: &mut Sampler,
         mut contribution: impl FnMut(&NextEvent) -> (Spectrum, T),
     ) -> Option<(NextEvent, Spectrum, T)> {
-        let mut candidate = |sampler: &mut Sampler| {
-            let event = sample_next_event(scene, from, sampler)?;
-            let (value, more) = contribution(&event);
-            Some((event, value, more))
-        };
-        if self.count == NonZeroU16::MIN {
-            return candidate(sampler);
+        if self.count != NonZeroU16::MIN {
+            return self.choose_among(scene, from, sampler, contribution);
         }
+        let event = sample_next_event(scene, from, sampler)?;
+        let (value, more) = contribution(&event);
+        Some((event, value, more))
+    }
+
+    /// The one of several.
+    #[inline(never)]
+    fn choose_among<T>(
+        self,
+        scene: &Scene,
+        from: &SurfacePoint,
+        sampler: &mut Sampler,
+        mut contribution: impl FnMut(&NextEvent) -> (Spectrum, T),
+    ) -> Option<(NextEvent, Spectrum, T)> {
         let mut reservoir = Reservoir::new(sampler.get_1d(Purpose::NextEventChoice));
         for number in 0..self.count.get() {
             sampler.start_vertex(Subpath::Camera, self.vertex + u32::from(number) * FURTHER);
-            if let Some(candidate) = candidate(sampler) {
-                let size = candidate.1.luminance();
-                reservoir.offer(candidate, size);
+            if let Some(event) = sample_next_event(scene, from, sampler) {
+                let (value, more) = contribution(&event);
+                reservoir.offer((event, value, more), value.luminance());
             }
         }
         sampler.start_vertex(Subpath::Camera, self.vertex);

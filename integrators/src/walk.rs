@@ -93,7 +93,7 @@ pub fn walk(
     let mut throughput = Spectrum::ONE;
     while rules.has_room(vertices.len() - first) {
         counters.closest += 1;
-        let previous = vertices[vertices.len() - 1];
+        let before = vertices.len() - 1;
         let met = scene.intersect(&ray);
         let Some(hit) = &met else {
             if rules.subpath == Subpath::Camera {
@@ -101,34 +101,33 @@ pub fn walk(
             }
             return;
         };
-        let mut vertex = PathVertex::of_surface(hit, ray.d, beta, pdf, &previous);
-        let index = vertices.len() - first;
-        let scattered = if rules.has_room(index + 1) {
-            scatter(scene, rules, hit, &vertex, index, sampler, counters)
-        } else {
-            None
-        };
-        if let Some(next) = scattered {
-            let last = vertices.len() - 1;
-            vertices[last].pdf_rev = previous.density(next.pdf_rev, hit.point.p);
-            vertex.delta = next.delta;
-            vertices.push(vertex);
-            (ray, pdf) = (hit.point.spawn(next.wi), next.pdf_fwd);
-            beta *= next.weight;
-            if rules.roulette == SubpathRoulette::Throughput {
-                throughput *= next.weight;
-                let roulette = rules.roulette.by_throughput();
-                let survived =
-                    roulette.survive(throughput, index, rules.roulette_start, || sampler.get_1d(Purpose::Roulette));
-                let Some(factor) = survived else { return };
-                throughput *= factor;
-                beta *= factor;
-            }
-            continue;
+        push_surface(vertices, hit, ray.d, beta, pdf);
+        let index = vertices.len() - 1 - first;
+        if !rules.has_room(index + 1) {
+            return;
         }
-        vertices.push(vertex);
-        return;
+        let Some(next) = scatter(scene, rules, hit, -ray.d, index, sampler, counters) else { return };
+        vertices[before].pdf_rev = vertices[before].density(next.pdf_rev, hit.point.p);
+        vertices[before + 1].delta = next.delta;
+        (ray, pdf) = (hit.point.spawn(next.wi), next.pdf_fwd);
+        beta *= next.weight;
+        if rules.roulette == SubpathRoulette::Throughput {
+            throughput *= next.weight;
+            let roulette = rules.roulette.by_throughput();
+            let survived =
+                roulette.survive(throughput, index, rules.roulette_start, || sampler.get_1d(Purpose::Roulette));
+            let Some(factor) = survived else { return };
+            throughput *= factor;
+            beta *= factor;
+        }
     }
+}
+
+/// Adds the surface that a walk has met. A function of its own, since only so is the surface copied but once.
+#[inline(never)]
+fn push_surface(vertices: &mut Vec<PathVertex>, hit: &Interaction, d: Vec3, beta: Spectrum, pdf: f32) {
+    let vertex = PathVertex::of_surface(hit, d, beta, pdf, &vertices[vertices.len() - 1]);
+    vertices.push(vertex);
 }
 
 /// One scattering of a walk.
@@ -148,7 +147,7 @@ fn scatter(
     scene: &Scene,
     rules: &WalkRules,
     hit: &Interaction,
-    vertex: &PathVertex,
+    wo: Vec3,
     index: usize,
     sampler: &mut Sampler,
     counters: &mut Counters,
@@ -161,16 +160,16 @@ fn scatter(
     let uc = if !scene.needs.only_lambertian { sampler.get_1d(Purpose::Lobe) } else { 0.0 };
     let u = sampler.get_2d(Purpose::Direction);
     counters.bsdf_samples += 1;
-    let sample = hit.sample(vertex.wo, uc, u, rules.mode())?;
+    let sample = hit.sample(wo, uc, u, rules.mode())?;
     let stops = rules.stop == Stop::Diffuse && hit.bsdf.lobes().intersects(Lobes::DIFFUSE) && !sample.lobe.is_delta();
     if sample.weight.is_zero() || stops {
         return None;
     }
     let delta = fault!("delta_taken_for_connectable", sample.lobe.is_delta(), false);
     let (pdf_fwd, pdf_rev) = if delta {
-        hit.delta_densities(vertex.wo, &sample, rules.mode())
+        hit.delta_densities(wo, &sample, rules.mode())
     } else {
-        (sample.pdf, hit.pdf(sample.wi, vertex.wo, rules.mode().reversed()))
+        (sample.pdf, hit.pdf(sample.wi, wo, rules.mode().reversed()))
     };
     Some(Scattered {
         wi: sample.wi,

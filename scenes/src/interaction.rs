@@ -72,13 +72,13 @@ impl Interaction {
     }
 
     /// f_s(wo, wi) \[1/sr\] without the cosine, times the adjoint factor where importance is carried.
-    #[inline]
+    #[inline(always)]
     pub fn eval(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> Spectrum {
         self.eval_lobes(wo, wi, Lobes::ALL, mode)
     }
 
     /// The part of [`eval`](Self::eval) that these lobes have.
-    #[inline]
+    #[inline(always)]
     pub fn eval_lobes(&self, wo: Vec3, wi: Vec3, lobes: Lobes, mode: TransportMode) -> Spectrum {
         match self.passage(wo, wi, mode) {
             Some(p) => self.bsdf.eval(p.wo, p.wi, lobes, mode) * p.factor,
@@ -87,7 +87,7 @@ impl Interaction {
     }
 
     /// Density \[1/sr\] of sampling `wi` given `wo`; delta lobes count as 0.
-    #[inline]
+    #[inline(always)]
     pub fn pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> f32 {
         match self.passage(wo, wi, mode) {
             Some(p) => self.bsdf.pdf(p.wo, p.wi, mode) * p.probability,
@@ -95,8 +95,20 @@ impl Interaction {
         }
     }
 
+    /// `pdf` of `wi` given `wo`, and that of `wo` given `wi` for a walk from the other end.
+    #[inline(always)]
+    pub fn pdfs(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> (f32, f32) {
+        if let Normals::Tilted(_) = &self.normals {
+            return (self.pdf(wo, wi, mode), self.pdf(wi, wo, mode.reversed()));
+        }
+        match self.passage(wo, wi, mode) {
+            Some(p) => self.bsdf.pdfs(p.wo, p.wi, mode),
+            None => (0.0, 0.0),
+        }
+    }
+
     /// `eval` and `pdf` in one call.
-    #[inline]
+    #[inline(always)]
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> (Spectrum, f32) {
         match self.passage(wo, wi, mode) {
             Some(p) => {
@@ -166,7 +178,7 @@ impl Interaction {
     }
 
     /// None if the normals disagree about the side of a direction.
-    #[inline]
+    #[inline(always)]
     fn passage(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> Option<Passage> {
         if let Normals::Tilted(tilt) = &self.normals {
             return self.tilted_passage(tilt, wo, wi, mode);

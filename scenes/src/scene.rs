@@ -182,7 +182,11 @@ impl Scene {
         if self.needs.masks {
             return self.intersect_masked(ray);
         }
-        self.accel.closest(ray).map(|hit| self.interaction(hit, ray.d))
+        // Not by `map`, which would copy what it is given and what it gives.
+        match &self.accel.closest(ray) {
+            Some(hit) => self.met(hit, ray.d),
+            None => None,
+        }
     }
 
     /// Whether any surface is on the ray's interval (0, `t_max`).

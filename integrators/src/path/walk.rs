@@ -125,7 +125,7 @@ impl<G: Guide, S: Sink> Walk<'_, G, S> {
     }
 
     /// Takes the walk on from a surface, or ends it.
-    #[inline]
+    #[inline(always)]
     fn meet_surface(
         &mut self,
         hit: &Interaction,
@@ -233,7 +233,7 @@ impl<G: Guide, S: Sink> Walk<'_, G, S> {
     }
 
     /// Takes the walk one scattering on, or ends it.
-    #[inline]
+    #[inline(always)]
     fn scatter(&mut self, hit: &Interaction, wo: Vec3, sampler: &mut Sampler, scratch: &mut Scratch) -> Option<Ray> {
         let chooses = G::CHOOSES || !self.scene.needs.only_lambertian;
         let uc = if chooses { sampler.get_1d(Purpose::Lobe) } else { 0.0 };

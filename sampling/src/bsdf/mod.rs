@@ -289,51 +289,98 @@ macro_rules! models {
         }
 
         /// What [`BsdfModel`] says of a model, of any of them.
+        ///
+        /// The commonest is told apart at once, where it is asked, so that nothing of it goes through memory.
         impl Bsdf {
             /// [`BsdfModel::eval`].
-            #[inline]
+            #[inline(always)]
             pub fn eval(&self, wo: Vec3, wi: Vec3, lobes: Lobes, mode: TransportMode) -> Spectrum {
-                match self { $(Self::$model(model) => model.eval(wo, wi, lobes, mode),)* }
+                match self { Self::Lambert(model) => model.eval(wo, wi, lobes, mode), _ => self.eval_any(wo, wi, lobes, mode) }
             }
 
             /// [`BsdfModel::pdf`].
-            #[inline]
+            #[inline(always)]
             pub fn pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> f32 {
-                match self { $(Self::$model(model) => model.pdf(wo, wi, mode),)* }
+                match self { Self::Lambert(model) => model.pdf(wo, wi, mode), _ => self.pdf_any(wo, wi, mode) }
+            }
+
+            /// [`BsdfModel::pdf`] of `wi` given `wo`, and that of `wo` given `wi` for a walk from the other end.
+            #[inline(always)]
+            pub fn pdfs(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> (f32, f32) {
+                match self {
+                    Self::Lambert(model) => (model.pdf(wo, wi, mode), model.pdf(wi, wo, mode.reversed())),
+                    _ => (self.pdf_any(wo, wi, mode), self.pdf_any(wi, wo, mode.reversed())),
+                }
             }
 
             /// [`BsdfModel::eval_pdf`].
-            #[inline]
+            #[inline(always)]
             pub fn eval_pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> (Spectrum, f32) {
-                match self { $(Self::$model(model) => model.eval_pdf(wo, wi, mode),)* }
+                match self { Self::Lambert(model) => model.eval_pdf(wo, wi, mode), _ => self.eval_pdf_any(wo, wi, mode) }
             }
 
             /// [`BsdfModel::sample`].
-            #[inline]
+            #[inline(always)]
             pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
-                match self { $(Self::$model(model) => model.sample(wo, uc, u, mode),)* }
+                match self { Self::Lambert(model) => model.sample(wo, uc, u, mode), _ => self.sample_any(wo, uc, u, mode) }
             }
 
             /// [`BsdfModel::lobes`].
-            #[inline]
+            #[inline(always)]
             pub fn lobes(&self) -> Lobes {
-                match self { $(Self::$model(model) => model.lobes(),)* }
+                match self { Self::Lambert(model) => model.lobes(), _ => self.lobes_any() }
             }
 
             /// [`BsdfModel::survival`].
-            #[inline]
+            #[inline(always)]
             pub fn survival(&self) -> f32 {
+                match self { Self::Lambert(model) => model.survival(), _ => self.survival_any() }
+            }
+
+            /// [`BsdfModel::is_anisotropic`].
+            #[inline(always)]
+            pub fn is_anisotropic(&self) -> bool {
+                match self { Self::Lambert(_) => false, _ => self.is_anisotropic_any() }
+            }
+
+            #[inline(never)]
+            fn eval_any(&self, wo: Vec3, wi: Vec3, lobes: Lobes, mode: TransportMode) -> Spectrum {
+                match self { $(Self::$model(model) => model.eval(wo, wi, lobes, mode),)* }
+            }
+
+            #[inline(never)]
+            fn pdf_any(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> f32 {
+                match self { $(Self::$model(model) => model.pdf(wo, wi, mode),)* }
+            }
+
+            #[inline(never)]
+            fn eval_pdf_any(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> (Spectrum, f32) {
+                match self { $(Self::$model(model) => model.eval_pdf(wo, wi, mode),)* }
+            }
+
+            #[inline(never)]
+            fn sample_any(&self, wo: Vec3, uc: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
+                match self { $(Self::$model(model) => model.sample(wo, uc, u, mode),)* }
+            }
+
+            #[inline(never)]
+            fn lobes_any(&self) -> Lobes {
+                match self { $(Self::$model(model) => model.lobes(),)* }
+            }
+
+            #[inline(never)]
+            fn survival_any(&self) -> f32 {
                 match self { $(Self::$model(model) => model.survival(),)* }
+            }
+
+            #[inline(never)]
+            fn is_anisotropic_any(&self) -> bool {
+                match self { $(Self::$model(model) => model.is_anisotropic(),)* }
             }
 
             /// [`BsdfModel::fixed`].
             pub fn fixed(&self) -> &'static [&'static str] {
                 match self { $(Self::$model(model) => model.fixed(),)* }
-            }
-
-            /// [`BsdfModel::is_anisotropic`].
-            pub fn is_anisotropic(&self) -> bool {
-                match self { $(Self::$model(model) => model.is_anisotropic(),)* }
             }
         }
     };

@@ -34,8 +34,10 @@ use std::collections::HashMap;
 use traverse::FAR;
 use tree::Node;
 
-/// Up to this many primitives are searched without a tree.
-pub(crate) const FEW: usize = 8;
+/// Whether so many surfaces are searched without a tree: triangles are tested eight at a time, others one by one.
+pub(crate) fn are_few(triangles: usize, analytic: usize) -> bool {
+    triangles + 8 * analytic <= 32
+}
 
 /// The surfaces of a scene, arranged for rays.
 #[derive(Clone, Debug, Default)]
@@ -162,9 +164,10 @@ impl Best {
 impl Accel {
     /// Arranges triangles and analytic surfaces. `eye` is as far out as rays may start outside them.
     pub fn build(triangles: &[Triangle], analytic: Vec<Analytic>, eye: Vec3, skip: Skip) -> Self {
-        let primitives = triangles.len() + analytic.len();
+        let list = skip.leaves_out(Work::Bvh) && are_few(triangles.len(), analytic.len());
+        let nothing = triangles.is_empty() && analytic.is_empty();
         let accel = Accel { analytic, ..Accel::default() };
-        if primitives > FEW || (!skip.leaves_out(Work::Bvh) && primitives > 0) {
+        if !list && !nothing {
             return tree::build(triangles, accel, eye);
         }
         let list: Vec<u32> = (0..triangles.len() as u32).collect();

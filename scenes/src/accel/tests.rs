@@ -50,12 +50,12 @@ fn same(a: &Option<Hit>, b: &Option<Hit>) -> bool {
 #[test]
 fn a_list_and_a_tree_find_the_same_hits() {
     let mut random = Random::new(1);
-    for (count, balls) in [(0, 3), (0, 12), (1, 0), (5, 0), (4, 4), (8, 0), (40, 20)] {
+    for (count, balls) in [(0, 3), (0, 12), (1, 0), (5, 0), (4, 4), (8, 0), (32, 0), (16, 2), (40, 20)] {
         let triangles = random_triangles(&mut random, count, 0.4);
         let analytic: Vec<Analytic> = (0..balls).map(|i| random_analytic(&mut random, i)).collect();
         let list = Accel::build(&triangles, analytic.clone(), Vec3::ZERO, Skip::Unneeded);
         let tree = Accel::build(&triangles, analytic, Vec3::ZERO, Skip::Nothing);
-        assert!(list.nodes.is_empty() == (count + balls <= FEW) && !tree.nodes.is_empty());
+        assert!(list.nodes.is_empty() == (are_few(count, balls as usize)) && !tree.nodes.is_empty());
         for _ in 0..20_000 {
             let o = random.direction() * 2.0 * random.next_1d();
             let mut ray = Ray::new(o, random.direction());

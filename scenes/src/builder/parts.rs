@@ -4,7 +4,7 @@ use super::check::{check_light, similarity_scale};
 use super::hash::Content;
 use super::varying::{Looked, check_coordinates, look};
 use super::{MaterialName, Shape};
-use crate::accel::{Accel, FEW, Instance, Prototype};
+use crate::accel::{Accel, Instance, Prototype, are_few};
 use crate::camera::{Camera, Rays};
 use crate::emitter::{Emission, Emitter, EmitterId};
 use crate::error::SceneError;
@@ -335,7 +335,6 @@ impl Parts {
         let textured =
             |emitter: &Emitter| matches!(emitter, Emitter::Area(area) if !area.emission.radiance.is_constant());
         let bright = || self.emitters.iter().filter(|emitter| emitter.power() > 0.0);
-        let primitives = self.triangles.len() + self.analytic.len();
         Needs {
             skip,
             environment: everything || self.emitters.iter().any(Emitter::is_environment),
@@ -350,9 +349,11 @@ impl Parts {
             emitter_choice: kept(Work::EmitterChoice) || bright().count() > 1,
             hittable_emitters: kept(Work::EmitterHits) || bright().any(|emitter| !emitter.is_delta()),
             delta_emitters: everything || bright().any(Emitter::is_delta),
-            few_primitives: !kept(Work::Bvh) && primitives <= FEW && self.instances.is_empty(),
+            few_primitives: !kept(Work::Bvh)
+                && are_few(self.triangles.len(), self.analytic.len())
+                && self.instances.is_empty(),
             pinhole: !kept(Work::CameraPoints) && camera.rays() == Rays::FromPoint,
-            primitives,
+            primitives: self.triangles.len() + self.analytic.len(),
         }
     }
 

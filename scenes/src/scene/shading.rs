@@ -15,14 +15,15 @@ use sampling::math::{Frame, Spectrum};
 use sampling::{Vec3, vec3};
 
 /// What a hit says of its surface, before anything of its material is read.
+///
+/// Where it is looked at by address it is a copy, so that it stays in registers on the way that most hits take.
+#[derive(Clone, Copy)]
 pub(super) struct Found<'a> {
     pub point: SurfacePoint,
     pub t: f32,
     /// The shading normal, without a map.
     ns: Vec3,
     surface: &'a Surface,
-    /// What the surface emits here, on the sides that do.
-    emitted: Spectrum,
 }
 
 impl Scene {
@@ -30,13 +31,32 @@ impl Scene {
     #[inline(always)]
     pub(crate) fn interaction(&self, hit: Hit, d: Vec3) -> Interaction {
         let found = self.found(&hit);
+        self.shaded(&hit, found, &self.materials[found.surface.material.0 as usize], d)
+    }
+
+    /// The same where there is an interaction or none; where the material is constant it is not copied, but put where it stays.
+    #[inline(never)]
+    pub(super) fn met(&self, hit: &Hit, d: Vec3) -> Option<Interaction> {
+        let found = self.found(hit);
         match &self.materials[found.surface.material.0 as usize] {
-            Material::Constant(bsdf) => found.finish(*bsdf, self.frame(&hit, &found, bsdf)),
-            Material::Varying(varying) => self.varying_interaction(&hit, &found, varying, Side::Front),
-            Material::Subsurface(body) => found.finish(body.boundary(), Frame::from_z(found.ns)),
+            Material::Constant(bsdf) => {
+                let (frame, emitted) = (self.frame(hit, found, bsdf), self.emitted(hit, found));
+                Some(found.finish(*bsdf, frame, emitted))
+            }
+            varying => Some(self.shaded(hit, found, varying, d)),
+        }
+    }
+
+    #[inline(never)]
+    fn shaded(&self, hit: &Hit, found: Found, material: &Material, d: Vec3) -> Interaction {
+        let emitted = self.emitted(hit, found);
+        match material {
+            Material::Constant(bsdf) => found.finish(*bsdf, self.frame(hit, found, bsdf), emitted),
+            Material::Varying(varying) => self.varying_interaction(hit, &found, emitted, varying, Side::Front),
+            Material::Subsurface(body) => found.finish(body.boundary(), Frame::from_z(found.ns), emitted),
             Material::Sided(sided) => {
                 let (varying, side) = sided.met(d, found.point.ng);
-                self.varying_interaction(&hit, &found, varying, side)
+                self.varying_interaction(hit, &found, emitted, varying, side)
             }
         }
     }
@@ -49,10 +69,10 @@ impl Scene {
 
     #[inline(always)]
     pub(super) fn found(&self, hit: &Hit) -> Found<'_> {
-        let mut found = match *hit {
+        match *hit {
             Hit::Analytic { t, id, at } => {
                 let surface = &self.surfaces[self.analytic[id as usize].surface as usize];
-                Found { point: at, t, ns: at.ng, surface, emitted: Spectrum::ZERO }
+                Found { point: at, t, ns: at.ng, surface }
             }
             Hit::Triangle { t, id, p, b } => {
                 let info = &self.triangles[id as usize];
@@ -62,18 +82,22 @@ impl Scene {
                     Some(index) => self.attributes[index as usize].normal(id, b, info.ng),
                 };
                 let point = SurfacePoint::on_surface(p, info.ng, info.residual);
-                Found { point, t, ns, surface, emitted: Spectrum::ZERO }
+                Found { point, t, ns, surface }
             }
-            // Nothing that is kept once emits.
-            Hit::PlacedTriangle { .. } | Hit::PlacedAnalytic { .. } => return self.found_placed(hit),
-        };
-        if let Some(Emitter::Area(area)) = found.surface.emitter.map(|id| self.emitter(id)) {
-            found.emitted = match &area.emission.radiance {
+            Hit::PlacedTriangle { .. } | Hit::PlacedAnalytic { .. } => self.found_placed(hit),
+        }
+    }
+
+    /// What a surface emits, on the sides that do.
+    #[inline(always)]
+    fn emitted(&self, hit: &Hit, found: Found) -> Spectrum {
+        match found.surface.emitter.map(|id| self.emitter(id)) {
+            Some(Emitter::Area(area)) => match &area.emission.radiance {
                 Texture::Constant(radiance) => *radiance,
                 varying => self.read(varying, hit, &found),
-            };
+            },
+            _ => Spectrum::ZERO,
         }
-        found
     }
 
     /// The same in an instance.
@@ -101,7 +125,7 @@ impl Scene {
         };
         let p_error = self.accel.instance(index).p_error(p, ng, residual);
         let surface = &self.surfaces[surface as usize];
-        Found { point: SurfacePoint { p, ng, p_error }, t, ns, surface, emitted: Spectrum::ZERO }
+        Found { point: SurfacePoint { p, ng, p_error }, t, ns, surface }
     }
 
     #[inline(never)]
@@ -110,27 +134,36 @@ impl Scene {
     }
 
     #[inline(never)]
-    fn varying_interaction(&self, hit: &Hit, found: &Found, varying: &Varying, side: Side) -> Interaction {
+    fn varying_interaction(
+        &self,
+        hit: &Hit,
+        found: &Found,
+        emitted: Spectrum,
+        varying: &Varying,
+        side: Side,
+    ) -> Interaction {
         if let (Scattering::Same(bsdf), None) = (&varying.scattering, &varying.relief) {
-            return found.finish(*bsdf, self.frame(hit, found, bsdf));
+            return found.finish(*bsdf, self.frame(hit, *found, bsdf), emitted);
         }
         let at = self.coordinates(hit, found);
         let bsdf = varying.scattering.at(&at);
-        let Some(relief) = &varying.relief else { return found.finish(bsdf, self.frame(hit, found, &bsdf)) };
+        let Some(relief) = &varying.relief else {
+            return found.finish(bsdf, self.frame(hit, *found, &bsdf), emitted);
+        };
         let derivatives = self.derivatives(hit, found);
         let frame = Frame::from_z_x(found.ns, derivatives.dpdu.normalize_or_zero());
         let normal = relief.map.normal(&frame, &at, &derivatives);
         // What rises out of a back of its own would be a dent of the front.
         let normal = if side == Side::Front { normal } else { vec3(-normal.x, -normal.y, normal.z) };
         let normals = Normals::Tilted(Tilt { normal, remedies: relief.remedies });
-        Interaction { normals, ..found.finish(bsdf, frame) }
+        Interaction { normals, ..found.finish(bsdf, frame, emitted) }
     }
 
     /// The frame of a surface without relief: turned along growing u where that changes something.
     #[inline(always)]
-    fn frame(&self, hit: &Hit, found: &Found, bsdf: &Bsdf) -> Frame {
+    fn frame(&self, hit: &Hit, found: Found, bsdf: &Bsdf) -> Frame {
         if bsdf.is_anisotropic() {
-            Frame::from_z_x(found.ns, self.derivatives(hit, found).dpdu.normalize_or_zero())
+            Frame::from_z_x(found.ns, self.derivatives(hit, &found).dpdu.normalize_or_zero())
         } else {
             Frame::from_z(found.ns)
         }
@@ -156,6 +189,7 @@ impl Scene {
     }
 
     /// How the point moves with its texture coordinates.
+    #[inline(never)]
     fn derivatives(&self, hit: &Hit, found: &Found) -> Derivatives {
         match *hit {
             Hit::Analytic { id, at, .. } => self.analytic[id as usize].chart.derivatives(at.p, at.ng),
@@ -185,7 +219,7 @@ impl Scene {
 
 impl Found<'_> {
     #[inline(always)]
-    fn finish(&self, bsdf: Bsdf, frame: Frame) -> Interaction {
+    fn finish(&self, bsdf: Bsdf, frame: Frame, emitted: Spectrum) -> Interaction {
         let normals = if self.ns == self.point.ng { Normals::Flat } else { Normals::Smooth };
         Interaction {
             point: self.point,
@@ -194,7 +228,7 @@ impl Found<'_> {
             normals,
             bsdf,
             emitter: self.surface.emitter,
-            emitted: self.emitted,
+            emitted,
             surface: self.surface.id,
         }
     }
