@@ -67,12 +67,17 @@ impl<G: Guide, S: Sink> Walk<'_, G, S> {
                 return;
             }
             sampler.start_vertex(Subpath::Camera, self.order as u32 + 1);
-            let next = match self.scene.body_of(hit) {
-                Some(body) => self.meet_body(&body.subsurface, hit, wo, sampler, scratch),
-                None => self.meet_surface(hit, wo, sampler, scratch),
+            // Each by itself, so that a ray that leaves a surface stays in registers.
+            ray = match self.scene.body_of(hit) {
+                Some(body) => match self.meet_body(&body.subsurface, hit, wo, sampler, scratch) {
+                    Some(next) => next,
+                    None => return,
+                },
+                None => match self.meet_surface(hit, wo, sampler, scratch) {
+                    Some(next) => next,
+                    None => return,
+                },
             };
-            let Some(next) = next else { return };
-            ray = next;
         }
     }
 
