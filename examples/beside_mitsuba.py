@@ -31,6 +31,8 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 # Orders 0 to 15, as Mitsuba counts.
 MAX_DEPTH = 16
+# The scattering from which Mitsuba's walks play roulette.
+ROULETTE = 5
 WHITE, RED, GREEN = "0.725, 0.71, 0.68", "0.63, 0.065, 0.05", "0.14, 0.45, 0.091"
 
 
@@ -140,12 +142,14 @@ SCENES = {"cornell": cornell, "caustic": caustic, "indirect": indirect, "plates"
 class Neumann:
     """A method of neumann."""
 
-    def __init__(self, file, folder, method, sampler):
-        self.name, self.is_other, self.squares = f"neumann {method}, {sampler}", False, False
+    def __init__(self, file, folder, method, sampler, settings=()):
+        self.name, self.is_other, self.squares = ", ".join([f"neumann {method}", sampler, *settings]), False, False
         self.out, self.stats = folder / "image.exr", folder / "stats.json"
         program = str(ROOT / "target/release/neumann")
         self.command = [program, "render", str(file), "-i", method, "--sampler", sampler, "--max-order", str(MAX_DEPTH - 1), "--replicates", "1"]
         self.command += ["--layers", "beauty", "-q", "-o", str(self.out), "--stats", str(self.stats)]
+        for setting in settings:
+            self.command += ["--set", setting]
 
     def render(self, spp, seed):
         begun = time.perf_counter()
@@ -173,7 +177,7 @@ class Mitsuba:
             self.scene = mi.load_file(str(copy))
         finally:
             copy.unlink()
-        self.integrator = mi.load_dict({"type": integrator, "max_depth": MAX_DEPTH, "rr_depth": 5})
+        self.integrator = mi.load_dict({"type": integrator, "max_depth": MAX_DEPTH, "rr_depth": ROULETTE})
 
     def render(self, spp, seed):
         mi.set_variant(self.variant)
@@ -198,6 +202,8 @@ def compare(name, args):
             file = folder / f"{name}.xml"
             file.write_text(SCENES[name](args.size))
         contenders = [Neumann(file, folder, method, "sobol") for method in ("path", "light", "bdpt", "composite")]
+        # Roulette as Mitsuba has it.
+        contenders.append(Neumann(file, folder, "path", "sobol", [f"roulette_start={ROULETTE}"]))
         contenders += [Mitsuba(file, folder, integrator, args.variant, "multijitter") for integrator in ("path", "ptracer")]
         spp = [samples_for(contender, args.seconds) for contender in contenders]
         images, seconds = [[] for _ in contenders], [[] for _ in contenders]

@@ -34,7 +34,7 @@ use std::collections::HashMap;
 use traverse::FAR;
 use tree::Node;
 
-/// Whether so many surfaces are searched without a tree: triangles are tested eight at a time, others one by one.
+/// Whether so many surfaces are searched without a tree: triangles are tested eight at a time, others take as long by themselves.
 pub(crate) fn are_few(triangles: usize, analytic: usize) -> bool {
     triangles + 8 * analytic <= 32
 }

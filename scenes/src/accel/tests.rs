@@ -55,7 +55,7 @@ fn a_list_and_a_tree_find_the_same_hits() {
         let analytic: Vec<Analytic> = (0..balls).map(|i| random_analytic(&mut random, i)).collect();
         let list = Accel::build(&triangles, analytic.clone(), Vec3::ZERO, Skip::Unneeded);
         let tree = Accel::build(&triangles, analytic, Vec3::ZERO, Skip::Nothing);
-        assert!(list.nodes.is_empty() == (are_few(count, balls as usize)) && !tree.nodes.is_empty());
+        assert!(list.nodes.is_empty() == are_few(count, balls) && !tree.nodes.is_empty());
         for _ in 0..20_000 {
             let o = random.direction() * 2.0 * random.next_1d();
             let mut ray = Ray::new(o, random.direction());

@@ -112,6 +112,8 @@ fn samples_carry_what_eval_and_pdf_say() {
                         );
                     }
                     assert_eq!(pdf, it.pdf(wo, sample.wi, mode));
+                    let back = it.pdf(sample.wi, wo, mode.reversed());
+                    assert_eq!(it.pdfs(wo, sample.wi, mode), (pdf, back));
                     assert_eq!(value, it.eval(wo, sample.wi, mode));
                 }
             }
