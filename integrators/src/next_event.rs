@@ -98,23 +98,11 @@ impl Candidates {
         sampler: &mut Sampler,
         mut contribution: impl FnMut(&NextEvent) -> (Spectrum, T),
     ) -> Option<(NextEvent, Spectrum, T)> {
-        if self.count != NonZeroU16::MIN {
-            return self.choose_among(scene, from, sampler, contribution);
+        if self.count == NonZeroU16::MIN {
+            let event = sample_next_event(scene, from, sampler)?;
+            let (value, more) = contribution(&event);
+            return Some((event, value, more));
         }
-        let event = sample_next_event(scene, from, sampler)?;
-        let (value, more) = contribution(&event);
-        Some((event, value, more))
-    }
-
-    /// The one of several.
-    #[inline(never)]
-    fn choose_among<T>(
-        self,
-        scene: &Scene,
-        from: &SurfacePoint,
-        sampler: &mut Sampler,
-        mut contribution: impl FnMut(&NextEvent) -> (Spectrum, T),
-    ) -> Option<(NextEvent, Spectrum, T)> {
         let mut reservoir = Reservoir::new(sampler.get_1d(Purpose::NextEventChoice));
         for number in 0..self.count.get() {
             sampler.start_vertex(Subpath::Camera, self.vertex + u32::from(number) * FURTHER);

@@ -102,7 +102,7 @@ impl Interaction {
             return (self.pdf(wo, wi, mode), self.pdf(wi, wo, mode.reversed()));
         }
         match self.passage(wo, wi, mode) {
-            Some(p) => self.bsdf.pdfs(p.wo, p.wi, mode),
+            Some(p) => (self.bsdf.pdf(p.wo, p.wi, mode), self.bsdf.pdf(p.wi, p.wo, mode.reversed())),
             None => (0.0, 0.0),
         }
     }

@@ -304,15 +304,6 @@ macro_rules! models {
                 match self { Self::Lambert(model) => model.pdf(wo, wi, mode), _ => self.pdf_any(wo, wi, mode) }
             }
 
-            /// [`BsdfModel::pdf`] of `wi` given `wo`, and that of `wo` given `wi` for a walk from the other end.
-            #[inline(always)]
-            pub fn pdfs(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> (f32, f32) {
-                match self {
-                    Self::Lambert(model) => (model.pdf(wo, wi, mode), model.pdf(wi, wo, mode.reversed())),
-                    _ => (self.pdf_any(wo, wi, mode), self.pdf_any(wi, wo, mode.reversed())),
-                }
-            }
-
             /// [`BsdfModel::eval_pdf`].
             #[inline(always)]
             pub fn eval_pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> (Spectrum, f32) {
