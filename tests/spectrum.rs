@@ -1,6 +1,6 @@
 //! What is told of all orders by a few of them, against renders that trace them all.
 
-use integrators::flux::Flux;
+use integrators::flux::{Flux, Meter};
 use integrators::{Methods, Orders, Render, RenderSettings};
 use neumann::statistics::Interval;
 use neumann::statistics::series::Series;
@@ -175,5 +175,52 @@ fn no_light_is_lost_or_gained_on_the_way() {
             assert!(left <= fell * (1.0 + 1e-6), "{name} {label} {k}: {left} of {fell}");
             assert!(label != "glass" || (left - fell).abs() <= 1e-6 * fell, "{name} {label} {k}: {left} of {fell}");
         }
+    }
+}
+
+/// On every single walk from the emitters, whatever its length: what was emitted, which is all of their power on each, is what surfaces have
+/// absorbed by the albedos of the scene's file, what has escaped, and what is carried on. To rounding, because Lambertian surfaces, mirrors
+/// and glass are sampled by what they scatter.
+#[test]
+fn every_walk_keeps_its_ledger() {
+    const LAST: usize = 8;
+    const WALKS: u32 = 20_000;
+    let (white, red, green) =
+        (("white", [0.725, 0.71, 0.68]), ("red", [0.63, 0.065, 0.05]), ("green", [0.14, 0.45, 0.091]));
+    let rooms: [(&str, &[(&str, [f64; 3])]); 5] = [
+        ("cornell_box", &[white, red, green, ("lamp", [0.78; 3])]),
+        ("furnace", &[("glow", [0.8, 0.65, 0.5])]),
+        ("glass_caustic", &[white, red, green, ("lamp", [0.78; 3]), ("glass", [1.0; 3]), ("mirror", [0.95; 3])]),
+        ("mirror_caustic", &[white, red, green, ("lamp", [0.5; 3]), ("glass", [1.0; 3]), ("mirror", [0.9; 3])]),
+        ("indirect_lamp", &[white, red, green, ("lamp", [0.78; 3]), ("shade", [0.5; 3])]),
+    ];
+    for (name, materials) in rooms {
+        let scene = scenes::load(name, &LoadOptions::default()).unwrap();
+        let regions: Vec<_> = materials.iter().filter_map(|(label, _)| scene.region(label)).collect();
+        assert_eq!(regions.len(), materials.len(), "{name}");
+        let power: f64 = scene.emitters.iter().map(scenes::Emitter::power).sum();
+        let (mut escapes, mut absorptions) = (0, 0);
+        for walk in 0..WALKS {
+            let flux = Flux::of(&scene, &regions, LAST, StreamKey::new(7, "ledger", Role::Estimate, walk), 1);
+            let emitted = flux.orders[0];
+            let mean = emitted.iter().sum::<f64>() / 3.0;
+            assert!((mean / power - 1.0).abs() < 1e-5, "{name} {walk}: {mean} of {power}");
+            for c in 0..3 {
+                let absorbed_by = |(meter, (_, albedo)): (&Meter, &(&str, [f64; 3]))| {
+                    meter.arriving[..LAST].iter().map(|arriving| (1.0 - albedo[c]) * arriving[c]).sum::<f64>()
+                };
+                let absorbed: f64 = flux.meters.iter().zip(materials).map(absorbed_by).sum();
+                let escaped: f64 = flux.escaped.iter().map(|escaped| escaped[c]).sum();
+                let carried = flux.orders[LAST][c] - flux.escaped[LAST][c];
+                let ledger = [emitted[c], absorbed, escaped, carried];
+                assert!(
+                    (emitted[c] - absorbed - escaped - carried).abs() <= 3e-6 * emitted[c],
+                    "{name} {walk}: {ledger:?}"
+                );
+                escapes += u32::from(escaped > 0.0);
+                absorptions += u32::from(absorbed > 0.0);
+            }
+        }
+        assert!(absorptions > 2 * WALKS && (escapes > 0) == (name != "furnace"), "{name}: {absorptions} {escapes}");
     }
 }
