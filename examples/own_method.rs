@@ -8,7 +8,7 @@
 //! cargo run --release --example own_method -- run comparison --set 'methods=["path","naive"]'
 //! ```
 
-use integrators::method::Pixel;
+use integrators::integrator::Pixel;
 use integrators::scratch::Scratch;
 use integrators::start::start_camera;
 use integrators::{Contribution, Estimator, Methods, Request, Sink, Technique};

@@ -1,7 +1,7 @@
 //! A biased method is told by its bias², and only that.
 
 use crate::support::builtin;
-use integrators::method::Pixel;
+use integrators::integrator::Pixel;
 use integrators::scratch::Scratch;
 use integrators::{Contribution, Estimator, Methods, Request, Sink, Wants};
 use neumann::cli::RunArgs;

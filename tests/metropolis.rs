@@ -262,7 +262,7 @@ fn what_cannot_be_is_refused_with_the_mend() {
     let message = Render::new(&scene, endless.as_ref(), with_tail).err().unwrap().to_string();
     assert!(message.contains("roulette=throughput"), "{message}");
     // No sample of a chain stands alone.
-    let replicate = integrators::method::Replicate {
+    let replicate = integrators::integrator::Replicate {
         number: 0,
         key: sampling::sampler::StreamKey::new(0, "mmlt", Role::Estimate, 0),
         sampler: SamplerKind::Independent,

@@ -10,7 +10,7 @@ use crate::support::{PathDensities, builtin, bumps, in_relief, lambert, room, sh
 use glam::{DVec3, dvec2, dvec3};
 use integrators::bdpt::{Bdpt, Weighting};
 use integrators::connect::{EmitterEnd, Factors, Strategies};
-use integrators::method::Pixel;
+use integrators::integrator::Pixel;
 use integrators::roulette::SubpathRoulette;
 use integrators::scratch::Scratch;
 use integrators::vertex::{PathVertex, Site, density_at};

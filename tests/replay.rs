@@ -1,7 +1,7 @@
 //! A sample traced again gives the same contributions, to the bit, with the vertices of their paths.
 
 use crate::support::{builtin, method_with, room, sky};
-use integrators::method::Replicate;
+use integrators::integrator::Replicate;
 use integrators::vertex::Site;
 use integrators::{
     Contribution, Integrator, Measurement, Orders, PartSettings, Render, RenderSettings, Request, Technique, Window,

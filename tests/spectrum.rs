@@ -178,6 +178,9 @@ fn no_light_is_lost_or_gained_on_the_way() {
     }
 }
 
+/// What a surface is labelled, and its albedo.
+type Surface = (&'static str, [f64; 3]);
+
 /// On every single walk from the emitters, whatever its length: what was emitted, which is all of their power on each, is what surfaces have
 /// absorbed by the albedos of the scene's file, what has escaped, and what is carried on. To rounding, because Lambertian surfaces, mirrors
 /// and glass are sampled by what they scatter.
@@ -187,7 +190,7 @@ fn every_walk_keeps_its_ledger() {
     const WALKS: u32 = 20_000;
     let (white, red, green) =
         (("white", [0.725, 0.71, 0.68]), ("red", [0.63, 0.065, 0.05]), ("green", [0.14, 0.45, 0.091]));
-    let rooms: [(&str, &[(&str, [f64; 3])]); 5] = [
+    let rooms: [(&str, &[Surface]); 5] = [
         ("cornell_box", &[white, red, green, ("lamp", [0.78; 3])]),
         ("furnace", &[("glow", [0.8, 0.65, 0.5])]),
         ("glass_caustic", &[white, red, green, ("lamp", [0.78; 3]), ("glass", [1.0; 3]), ("mirror", [0.95; 3])]),
@@ -206,7 +209,7 @@ fn every_walk_keeps_its_ledger() {
             let mean = emitted.iter().sum::<f64>() / 3.0;
             assert!((mean / power - 1.0).abs() < 1e-5, "{name} {walk}: {mean} of {power}");
             for c in 0..3 {
-                let absorbed_by = |(meter, (_, albedo)): (&Meter, &(&str, [f64; 3]))| {
+                let absorbed_by = |(meter, (_, albedo)): (&Meter, &Surface)| {
                     meter.arriving[..LAST].iter().map(|arriving| (1.0 - albedo[c]) * arriving[c]).sum::<f64>()
                 };
                 let absorbed: f64 = flux.meters.iter().zip(materials).map(absorbed_by).sum();

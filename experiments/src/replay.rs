@@ -2,8 +2,8 @@
 
 use crate::error::Error;
 use integrators::contribution::{Contribution, PathView, Technique};
+use integrators::integrator::{Pass, Replicate};
 use integrators::lpe::Example;
-use integrators::method::{Pass, Replicate};
 use integrators::trail;
 use integrators::vertex::{PathVertex, Site};
 use integrators::{Firefly, Integrator, RenderSettings, Request};

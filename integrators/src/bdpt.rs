@@ -19,8 +19,8 @@ pub use weighting::Weighting;
 
 use crate::connect::{EmitterEnd, Factors, Strategies};
 use crate::contribution::Sink;
+use crate::integrator::{Estimator, Pixel, Replicate};
 use crate::measurement::Counters;
-use crate::method::{Estimator, Pixel, Replicate};
 use crate::next_event::FURTHER;
 use crate::photons::Photons;
 use crate::request::Request;

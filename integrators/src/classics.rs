@@ -10,7 +10,7 @@
 
 use crate::bias::Bias;
 use crate::contribution::{Sink, Technique};
-use crate::method::{Estimator, Pixel};
+use crate::integrator::{Estimator, Pixel};
 use crate::next_event::Strategy;
 use crate::path::Path;
 use crate::request::Request;

@@ -11,9 +11,10 @@
 
 use crate::contribution::{Contribution, Technique};
 use crate::film::{Block, BlockFilm, Window};
+use crate::integrator::{Integrator, Pass, Replicate};
 use crate::lpe::lost_in;
 use crate::measurement::{Counters, Layer};
-use crate::method::{Integrator, MethodError, Methods, Pass, Replicate};
+use crate::method::{MethodError, Methods};
 use crate::request::Request;
 use sampling::fault;
 use scenes::{Needs, Scene};

@@ -3,7 +3,7 @@
 //! The smallest method in which emitter sampling, BSDF sampling and their combination can be compared [Veach97, §9.3].
 
 use crate::contribution::{Contribution, PathView, Sink, Technique};
-use crate::method::{Estimator, Pixel};
+use crate::integrator::{Estimator, Pixel};
 use crate::next_event::{Strategy, pdf_next_event, pdf_next_event_environment, sample_next_event, weight2};
 use crate::request::Request;
 use crate::scratch::Scratch;

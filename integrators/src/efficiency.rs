@@ -11,8 +11,8 @@
 //! what efficiency is measured by here; and what was learned is a grid, whose cells of few records lean on larger ones.
 
 use crate::contribution::{Contribution, Sink, Wants};
+use crate::integrator::{Estimator, Pixel, Replicate};
 use crate::measurement::Counters;
-use crate::method::{Estimator, Pixel, Replicate};
 use crate::path::Path;
 use crate::request::Request;
 use crate::roulette::MAX_SURVIVAL;

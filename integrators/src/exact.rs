@@ -3,7 +3,7 @@
 //! It has no variance but that of a pixel's extent, so that comparing a method with it is a test against the exact values.
 
 use crate::contribution::{Contribution, Sink, Technique};
-use crate::method::{Estimator, Pixel};
+use crate::integrator::{Estimator, Pixel};
 use crate::request::Request;
 use crate::scratch::Scratch;
 use crate::start::{CameraStart, start_camera};

@@ -11,7 +11,7 @@ use std::io::{self, Read, Write};
 /// How many are kept of every layer.
 pub const KEPT: usize = 8;
 
-/// A contribution, and the sample that it came from: all that [`Pass::replay`](crate::method::Pass::replay) asks for.
+/// A contribution, and the sample that it came from: all that [`Pass::replay`](crate::integrator::Pass::replay) asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Firefly {
     /// Which independent image.

@@ -7,7 +7,7 @@
 //!
 //! - [`contribution`]: how a path was built ([`Technique`]), what a method hands over ([`Contribution`]) and to whom ([`Sink`]);
 //! - [`request`]: which orders are asked for;
-//! - [`method`]: the traits [`Estimator`] and [`Integrator`], and THE LIST of methods, [`Methods`]; [`bias`];
+//! - [`integrator`]: the traits [`Estimator`] and [`Integrator`]; [`method`]: THE LIST, [`Methods`]; [`bias`];
 //! - the algorithms, one a file: [`direct`], [`path`] and the [`classics`] that are parts of it, [`light`], [`bdpt`],
 //!   [`vcm`] and [`ppm`], which merge vertices with [`photons`], [`metropolis`], which takes samples of `path` and `bdpt` along
 //!   Markov chains, [`radiosity`], which looks up light on elements, [`composite`], which leaves each order to one of the others, and
@@ -36,6 +36,7 @@ pub mod fireflies;
 pub mod flux;
 mod guide;
 pub mod guided;
+pub mod integrator;
 pub mod light;
 pub mod lpe;
 pub mod measurement;
@@ -69,8 +70,9 @@ pub use bias::Bias;
 pub use block::Window;
 pub use contribution::{Contribution, PathView, Sink, Technique, Wants};
 pub use fireflies::{Fireflies, Firefly};
+pub use integrator::{Estimator, Integrator};
 pub use measurement::{Counters, Layer, Measurement};
-pub use method::{Estimator, Integrator, MethodError, Methods};
+pub use method::{MethodError, Methods};
 pub use parts::{Part, PartSettings, PathClass, Quantity};
 pub use render::{Render, RenderError, RenderSettings};
 pub use request::{Orders, Request};

@@ -4,8 +4,8 @@
 //! emitted importance of the camera is splatted where the connection meets the film.
 
 use crate::contribution::{Contribution, PathView, Sink, Technique};
+use crate::integrator::{Estimator, Pixel};
 use crate::lpe::Classifier;
-use crate::method::{Estimator, Pixel};
 use crate::next_event::camera_response;
 use crate::request::Request;
 use crate::roulette::Roulette;

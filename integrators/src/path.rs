@@ -8,8 +8,8 @@
 use crate::contribution::{Sink, Technique};
 use crate::efficiency::Efficiency;
 use crate::guide::{Guide, Unguided};
+use crate::integrator::{Estimator, Pixel, Replicate};
 use crate::measurement::Counters;
-use crate::method::{Estimator, Pixel, Replicate};
 use crate::next_event::Strategy;
 use crate::request::Request;
 use crate::roulette::CameraRoulette;

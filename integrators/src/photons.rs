@@ -10,8 +10,8 @@
 
 use crate::bdpt::{Bdpt, trace_light};
 use crate::connect::{LightEnd, Strategies};
+use crate::integrator::Replicate;
 use crate::measurement::Counters;
-use crate::method::Replicate;
 use crate::request::Request;
 use crate::roulette::SubpathRoulette;
 use crate::scratch::Scratch;

@@ -1,20 +1,19 @@
 //! Replicates of one method in one scene.
 
 use crate::film::{Block, BlockFilm, BlockStore, Film, Window};
+use crate::integrator::{Integrator, Replicate};
 use crate::measurement::{Layer, Measurement};
-use crate::method::{Integrator, Replicate};
 use crate::parts::{PartSettings, Parts};
 use crate::request::{Orders, Request};
-use crate::state::{Stored, damaged};
 use crate::statistics::{BlockGrid, GROUP, MAX_COVARIANCE_LAYERS};
 use crate::tally::Tally;
 use rayon::prelude::*;
 use sampling::sampler::{Role, SamplerKind, StreamKey};
 use scenes::Scene;
-use std::io::{self, Read, Write};
 use std::time::Instant;
 
 mod apart;
+mod resume;
 
 /// Blocks in flight at once, at most; bits do not depend on it.
 const WAVE: usize = 128;
@@ -255,38 +254,6 @@ impl<'a> Render<'a> {
     /// Image means of the layers, replicate by replicate.
     pub fn replicate_means(&self) -> impl Iterator<Item = &[[f64; 3]]> {
         self.whole.means.iter().chain(&self.group.means).map(Vec::as_slice)
-    }
-
-    /// Writes all that later replicates and the end depend on, the settings apart.
-    ///
-    /// # Errors
-    /// If it cannot be written.
-    pub fn save(&self, to: &mut dyn Write) -> io::Result<()> {
-        for tally in [&self.whole, &self.group] {
-            let filled = tally.count() > 0;
-            u8::from(filled).write(to)?;
-            if filled {
-                tally.write(to)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Takes up what [`save`](Self::save) wrote of a render of the same scene, method, settings and request: later replicates, and the
-    /// measurement, have the bits of an uninterrupted run.
-    ///
-    /// # Errors
-    /// If the bytes are damaged, or of a render of other pixels or layers; this one is then as it was.
-    pub fn resume(&mut self, from: &mut dyn Read) -> io::Result<()> {
-        let (whole, group) = (<Option<Tally>>::read(from)?, <Option<Tally>>::read(from)?);
-        if ![&whole, &group].into_iter().flatten().all(|tally| tally.is_like(&self.whole)) {
-            return Err(damaged("it is of another image"));
-        }
-        self.whole.clear();
-        self.group.clear();
-        whole.into_iter().for_each(|tally| self.whole = tally);
-        group.into_iter().for_each(|tally| self.group = tally);
-        Ok(())
     }
 
     /// Renders the next replicate in the current thread pool. `progress` is told the fraction done, from any thread.

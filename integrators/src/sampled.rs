@@ -3,8 +3,9 @@
 use crate::bias::Bias;
 use crate::contribution::{Contribution, Sink, Technique, Wants};
 use crate::film::{Block, BlockFilm, PartsFilm, PixelSink};
+use crate::integrator::{Estimator, Integrator, Pass, Pixel, Replicate};
 use crate::measurement::Counters;
-use crate::method::{Estimator, Integrator, MethodEntry, Methods, Pass, Pixel, Replicate};
+use crate::method::{MethodEntry, Methods};
 use crate::request::Request;
 use crate::scratch::Scratch;
 use sampling::sampler::{Purpose, Sampler};

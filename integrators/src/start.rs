@@ -1,7 +1,7 @@
 //! Where walks start: at the camera, and at an emitter.
 
+use crate::integrator::Pixel;
 use crate::measurement::Counters;
-use crate::method::Pixel;
 use sampling::Vec2;
 use sampling::math::Spectrum;
 use sampling::sampler::{Purpose, Sampler, Subpath};

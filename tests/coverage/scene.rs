@@ -2,7 +2,7 @@
 
 use super::{REPLICATES, Table, experiments};
 use crate::support::{GAUSS, builtin, exact, grey, method};
-use integrators::method::Pixel;
+use integrators::integrator::Pixel;
 use integrators::scratch::Scratch;
 use integrators::{
     Contribution, Estimator, Integrator, Methods, Orders, Render, RenderSettings, Request, Sink, Technique, Wants,

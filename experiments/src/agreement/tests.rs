@@ -1,5 +1,5 @@
 use super::*;
-use integrators::method::Pixel;
+use integrators::integrator::Pixel;
 use integrators::scratch::Scratch;
 use integrators::{Contribution, Estimator, Integrator, Methods, Orders, Render, RenderSettings, Request, Sink, Wants};
 use sampling::sampler::{Sampler, SamplerKind};

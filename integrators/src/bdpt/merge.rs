@@ -5,8 +5,8 @@
 use super::join::Join;
 use super::{Bdpt, trace_camera, trace_light};
 use crate::contribution::{Contribution, PathView, Sink, Technique};
+use crate::integrator::{Pixel, Replicate};
 use crate::measurement::Counters;
-use crate::method::{Pixel, Replicate};
 use crate::photons::{Photon, Photons, Schedule};
 use crate::request::Request;
 use crate::scratch::Scratch;

@@ -2,7 +2,7 @@
 
 use super::{Bdpt, Connections};
 use crate::contribution::{Contribution, Sink, Technique, Wants};
-use crate::method::{Estimator, Pixel, Replicate};
+use crate::integrator::{Estimator, Pixel, Replicate};
 use crate::request::Request;
 use crate::scratch::Scratch;
 use sampling::sampler::{Purpose, Sampler};

@@ -3,7 +3,7 @@
 use super::join::Join;
 use super::{Bdpt, trace_camera, trace_light};
 use crate::contribution::Sink;
-use crate::method::Pixel;
+use crate::integrator::Pixel;
 use crate::request::Request;
 use crate::scratch::Scratch;
 use crate::start::{CameraStart, start_camera};

@@ -11,8 +11,8 @@
 use super::{Bdpt, Connections};
 use crate::connect::{Factors, strategies_below};
 use crate::contribution::{Contribution, Sink, Technique, Wants};
+use crate::integrator::{Estimator, Pixel, Replicate};
 use crate::measurement::Counters;
-use crate::method::{Estimator, Pixel, Replicate};
 use crate::request::Request;
 use crate::scratch::Scratch;
 use rayon::prelude::*;

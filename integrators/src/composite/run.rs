@@ -3,7 +3,8 @@
 use super::{NAME, Regions};
 use crate::bias::Bias;
 use crate::block::Window;
-use crate::method::{Integrator, Methods};
+use crate::integrator::Integrator;
+use crate::method::Methods;
 use crate::request::{Orders, Request};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};

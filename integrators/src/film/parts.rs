@@ -3,7 +3,7 @@
 use super::{BlockFilm, PixelSink};
 use crate::contribution::{Contribution, Sink, Wants};
 use crate::fireflies::size;
-use crate::method::Pixel;
+use crate::integrator::Pixel;
 use crate::trail::ClassShare;
 use sampling::Spectrum;
 

@@ -13,8 +13,8 @@ mod tree;
 
 use crate::contribution::{Sink, Technique};
 use crate::guide::Guide;
+use crate::integrator::{Estimator, Pixel, Replicate};
 use crate::measurement::Counters;
-use crate::method::{Estimator, Pixel, Replicate};
 use crate::path::Path;
 use crate::request::Request;
 use crate::roulette::Roulette;

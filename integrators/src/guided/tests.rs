@@ -1,6 +1,6 @@
 use super::*;
+use crate::integrator::Integrator;
 use crate::measurement::Measurement;
-use crate::method::Integrator;
 use crate::render::{Render, RenderSettings};
 use crate::{Methods, Orders};
 use glam::{DVec3, dvec3};

@@ -6,7 +6,7 @@ use super::seeds::{Seeds, turn_to_seed};
 use super::steps::Steps;
 use crate::block::{Block, Blocks, SAMPLES_PER_CHAIN, TILE, Window};
 use crate::film::{BlockFilm, PartsFilm, PixelSink};
-use crate::method::{Pass, Replicate};
+use crate::integrator::{Pass, Replicate};
 use crate::scratch::Scratch;
 use sampling::Vec2;
 use sampling::fault;

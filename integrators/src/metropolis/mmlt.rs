@@ -3,8 +3,8 @@
 use super::{Bootstrap, Explored, LargeSteps, SmallStep};
 use crate::bdpt::Bdpt;
 use crate::contribution::Sink;
+use crate::integrator::Pixel;
 use crate::measurement::Layer;
-use crate::method::Pixel;
 use crate::request::Request;
 use crate::roulette::SubpathRoulette;
 use crate::scratch::Scratch;

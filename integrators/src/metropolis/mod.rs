@@ -44,7 +44,7 @@ pub use steps::{Bootstrap, LargeSteps, SmallStep};
 use crate::bias::Bias;
 use crate::block::{Blocks, Window};
 use crate::contribution::{Sink, Technique};
-use crate::method::{Estimator, Integrator, Pass, Pixel, Replicate};
+use crate::integrator::{Estimator, Integrator, Pass, Pixel, Replicate};
 use crate::request::{Orders, Request};
 use crate::sampled::bodies_in;
 use crate::scratch::Scratch;

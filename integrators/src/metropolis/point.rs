@@ -3,7 +3,7 @@
 use super::Explored;
 use crate::contribution::{Contribution, PathView, Sink, Technique, Wants};
 use crate::film::PixelSink;
-use crate::method::Pixel;
+use crate::integrator::Pixel;
 use crate::request::Request;
 use crate::scratch::Scratch;
 use crate::trail::ClassShare;

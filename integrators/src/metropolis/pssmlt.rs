@@ -2,7 +2,7 @@
 
 use super::{Bootstrap, Explored, LargeSteps, SmallStep};
 use crate::contribution::Sink;
-use crate::method::{Estimator, Pixel};
+use crate::integrator::{Estimator, Pixel};
 use crate::path::Path;
 use crate::request::Request;
 use crate::roulette::Roulette;

@@ -28,8 +28,8 @@ pub mod visibility;
 
 use crate::bias::Bias;
 use crate::contribution::{Contribution, Sink, Technique};
+use crate::integrator::{Estimator, Pixel, Replicate};
 use crate::measurement::Counters;
-use crate::method::{Estimator, Pixel, Replicate};
 use crate::request::Request;
 use crate::scratch::Scratch;
 use crate::start::{CameraStart, start_camera};

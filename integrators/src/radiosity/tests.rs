@@ -1,7 +1,8 @@
 use super::form_factor::{Coupling, Panel, coupling, irradiance, kernel};
 use super::operator::Operator;
 use super::{Basis, Elements, Radiosity, Rays, Refinement};
-use crate::method::{Estimator, Methods};
+use crate::integrator::Estimator;
+use crate::method::Methods;
 use crate::request::{Orders, Request};
 use glam::{DVec3, dvec3};
 use sampling::bsdf::{Bsdf, Dielectric, Lambert};

@@ -2,6 +2,7 @@ use super::*;
 use crate::method::Methods;
 use crate::statistics::side_by_side::Pixels;
 use scenes::{LoadOptions, Skip};
+use std::io::Read;
 
 fn scene() -> Scene {
     scene_of((6, 5))
