@@ -150,7 +150,10 @@ impl BlockFilm<'_> {
             let i = (pixel * self.request.film_layers() + layer) * 3;
             for (sums, value) in self.sums[i..i + 3 * N].chunks_exact_mut(3).zip(values) {
                 let value = value.to_array();
-                (0..3).for_each(|c| sums[c] += value[c] as f64);
+                let sum = |sum: f64, value: f32| {
+                    fault!("sums_in_single_precision", sum + value as f64, (sum as f32 + value) as f64)
+                };
+                (0..3).for_each(|c| sums[c] = sum(sums[c], value[c]));
             }
             return;
         }
@@ -230,7 +233,7 @@ impl BlockFilm<'_> {
             }
         }
         if !value.is_finite() {
-            self.invalid[layer] += 1;
+            self.invalid[layer] += fault!("invalid_not_counted", 1, 0);
             return None;
         }
         Some((layer, value))

@@ -8,6 +8,7 @@ use crate::request::{Orders, Request};
 use crate::statistics::{BlockGrid, GROUP, MAX_COVARIANCE_LAYERS};
 use crate::tally::Tally;
 use rayon::prelude::*;
+use sampling::fault;
 use sampling::sampler::{Role, SamplerKind, StreamKey};
 use scenes::Scene;
 use std::time::Instant;
@@ -278,7 +279,8 @@ impl<'a> Render<'a> {
         let replicate = Replicate { number, key, sampler: settings.sampler, samples: settings.samples_per_replicate };
         let (width, height) = (self.scene.camera.width(), self.scene.camera.height());
         let image = Window::whole(width, height);
-        let taken = if self.method.splats() { image.clone() } else { self.window.clone() };
+        let anywhere = fault!("light_paths_of_a_crop_alone", self.method.splats(), false);
+        let taken = if anywhere { image.clone() } else { self.window.clone() };
         let blocks =
             self.method.blocks(image, &self.request, self.cut_as).of_samples(replicate.samples).of_pixels(taken);
         let iterates = self.method.iterates();

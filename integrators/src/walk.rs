@@ -52,7 +52,7 @@ impl WalkRules {
     /// Whether one more vertex may follow so many.
     #[inline]
     pub fn has_room(&self, vertices: usize) -> bool {
-        self.max_vertices.is_none_or(|max| vertices < max)
+        self.max_vertices.is_none_or(|max| vertices < fault!("walks_end_in_silence", max, max.min(5)))
     }
 
     /// Survival probability, as part of the densities, of roulette at a surface.
@@ -96,7 +96,7 @@ pub fn walk(
         let before = vertices.len() - 1;
         let met = scene.intersect(&ray);
         let Some(hit) = &met else {
-            if rules.subpath == Subpath::Camera {
+            if fault!("sky_left_out_of_subpaths", rules.subpath == Subpath::Camera, false) {
                 vertices.extend(PathVertex::of_environment(scene, ray.d, beta, pdf));
             }
             return;

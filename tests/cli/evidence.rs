@@ -69,6 +69,45 @@ fn the_largest_contributions_of_an_experiment_can_be_traced_again() {
     assert!(table.contains(",largest,"));
 }
 
+/// A point that is so bright, and so near to the floor that is looked at, that connections to it have no value in single precision.
+const TOO_BRIGHT: &str = "[camera]\nposition = [0.0005, 0.001, 0]\ntarget = [0, 0, 0]\nfov = 2\nwidth = 4\nheight = 4\n\
+    [materials.grey]\ntype = \"lambert\"\nalbedo = 0.9\n\
+    [[shapes]]\ntype = \"quad\"\norigin = [-1, 0, 1]\nedge_u = [2, 0, 0]\nedge_v = [0, 0, -2]\nmaterial = \"grey\"\n\
+    [[emitters]]\ntype = \"point\"\nposition = [0, 1e-5, 0]\nintensity = 1e30\n";
+
+#[test]
+fn what_is_not_finite_is_counted_kept_and_told() {
+    let folder = folder_with(&[("bright.toml", TOO_BRIGHT)]);
+    let budget = ["-q", "render", "bright.toml", "--spp", "8", "--max-order", "2", "-o", "a.exr", "--stats", "a.json"];
+    let counted = |method: &str, options: &[&str]| {
+        let output = neumann(folder.path(), &[&budget[..], &["-i", method], options].concat());
+        let stats: Value = json(folder.path(), "a.json");
+        let invalid: Vec<u64> = stats["invalid"].as_array().unwrap().iter().map(|n| n.as_u64().unwrap()).collect();
+        (output.status.code(), text(&output.stderr), invalid)
+    };
+    for method in ["direct", "path", "light", "bdpt"] {
+        let (status, told, invalid) = counted(method, &[]);
+        assert!(invalid[1] > 0 && invalid[0] == 0 && invalid.get(2).is_none_or(|n| *n == 0), "{method}: {invalid:?}");
+        assert_eq!(status, Some(1), "{method}: {told}");
+        for word in [&format!("{} in order 1", invalid[1])[..], "non-finite", "--seed 0", "--allow-invalid"] {
+            assert!(told.contains(word), "{method}: {told}");
+        }
+        assert_eq!(counted(method, &["--allow-invalid"]), (Some(0), String::new(), invalid), "{method}");
+    }
+    // An experiment goes on, tells it in its status and report, and keeps what shows each again.
+    let run = ["-q", "run", "comparison", "--set", "scenes=[\"bright.toml\"]", "--spp", "8", "--replicates", "2"];
+    let run = [&run[..], &["--max-order", "2", "--out", "out"]].concat();
+    assert_eq!(neumann(folder.path(), &run).status.code(), Some(1));
+    let page = std::fs::read_to_string(folder.path().join("out/report.html")).unwrap();
+    assert!(page.contains("non-finite samples, which are left out of every sum"));
+    let kept = json(folder.path(), "out/fireflies.json");
+    let kept = kept.as_array().unwrap().iter().find(|f| f["method"] == "bdpt" && f["size"].is_null()).unwrap();
+    let replay: Vec<&str> = kept["replay"].as_str().unwrap().split(' ').skip(1).collect();
+    let paths = succeed(folder.path(), &replay);
+    assert!(paths.contains("inf") || paths.contains("NaN"), "{paths}");
+    succeed(folder.path(), &[&run[..], &["--allow-invalid"]].concat());
+}
+
 #[test]
 fn a_sample_that_is_not_there_cannot_be_replayed() {
     let folder = folder_with(&[]);

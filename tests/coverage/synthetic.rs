@@ -195,6 +195,24 @@ fn errors(
     table.add("time to relMSE", &name, estimate, work / (target - left));
 }
 
+/// Errors of a few values, by hand: none has a sign, and relative ones are over the square of what is right.
+#[test]
+fn errors_of_known_values() {
+    let (right, part) = (2.0, 0.25);
+    let made = vec![[right; 3]; 4];
+    let exact = vec![[0.0; 3]; 4];
+    let reference = Reference { mean: &made, half: &made, variance: &exact };
+    let mut errors = Errors::new(2, 1);
+    (0..2).for_each(|_| errors.push(reference, |_, p| [right * [1.0 + part, 1.0 - part][p]; 3]));
+    let found = errors.finish(reference, 7).swap_remove(0);
+    let is =
+        |estimate: Estimate, truth: f64| assert!((estimate.value / truth - 1.0).abs() < 1e-12, "{estimate:?} {truth}");
+    let square = (right * part).powi(2);
+    is(found.mse, square);
+    is(found.relmse, square / (right * right + 0.01));
+    is(found.smape, (part / (2.0 + part) + part / (2.0 - part)) / 2.0);
+}
+
 /// The covariance between two orders, the second of which is half the first and half something of its own.
 fn covariances(table: &mut Table, kind: Kind, replicates: usize, chance: &mut Chance) {
     let mut covariances = Covariances::new(PIXELS, 2);

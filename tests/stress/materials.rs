@@ -1,7 +1,7 @@
 //! Albedos, indices and roughnesses at the ends of their ranges, and paths of ten thousand scatterings.
 
 use super::{EMITTED, EQUILIBRIUM, enclosure, furnace, is_a_furnace, is_in_equilibrium};
-use crate::support::{ALL, Estimate, Family, camera, grey, lambert, plain, seed, shining};
+use crate::support::{ALL, Estimate, Family, camera, grey, lambert, method, plain, seed, shining};
 use glam::{DVec3, dvec3};
 use integrators::{Orders, Render, RenderSettings};
 use sampling::bsdf::{Bsdf, Dielectric, RoughConductor, RoughDielectric};
@@ -70,6 +70,26 @@ fn ten_thousand_scatterings() {
         family.image(format!("{name}, all orders"), Estimate::of(&sums), Estimate::exact(all));
     }
     family.finish(0.5);
+}
+
+/// What each of a million samples brings adds up to a million times that: sums do not stop growing where a sample is small beside them.
+#[test]
+fn a_million_samples_of_one_value() {
+    let scene = enclosure_of(0.5, 1);
+    let method = method("emission");
+    let settings = RenderSettings {
+        orders: Orders::up_to(0),
+        tail: false,
+        samples_per_replicate: 1 << 20,
+        seed: seed(),
+        sampler: SamplerKind::Independent,
+        instance: "emission".to_owned(),
+        role: Role::Estimate,
+    };
+    let mut render = Render::new(&scene, method.as_ref(), settings).unwrap();
+    render.run_replicate(&|_| {});
+    let value = grey(render.last_replicate(0, 0));
+    assert!((value / f64::from(EMITTED) - 1.0).abs() < 1e-9, "{value}");
 }
 
 /// An enclosure with a ball that absorbs nothing.

@@ -96,7 +96,7 @@ impl Sums {
     /// Adds a channel of a pixel, of which the mean so far is moved on by `share`, one over the replicates.
     #[inline]
     fn add(&mut self, share: f64, value: f64, mean: &mut f64, [reference, half, noise]: [f64; 3]) {
-        let weight = 1.0 / (half * half + RELATIVE_FLOOR);
+        let weight = 1.0 / (fault!("relative_error_over_the_mean", half * half, half) + RELATIVE_FLOOR);
         let error = value - reference;
         let noise = fault!("noise_of_the_reference_ignored", noise, 0.0);
         let (square, cross) = (error * error - noise, error * (*mean - reference) - noise);
@@ -265,7 +265,7 @@ fn symmetric(error: f64, value: f64, half: f64) -> f64 {
     match (error == 0.0, denominator == 0.0) {
         (true, _) => 0.0,
         (false, true) => 1.0,
-        (false, false) => error.abs() / denominator,
+        (false, false) => fault!("signs_of_errors_kept", error.abs(), error) / denominator,
     }
 }
 

@@ -5,7 +5,7 @@ use crate::error::SceneError;
 use glam::{DAffine3, DMat3, DVec3};
 use rayon::prelude::*;
 use sampling::math::Spectrum;
-use sampling::{Vec2, Vec3};
+use sampling::{Vec2, Vec3, fault};
 
 /// A triangle mesh as it is given.
 #[derive(Clone, Debug, Default)]
@@ -115,7 +115,8 @@ pub(crate) fn bake_mesh(mut mesh: MeshData, transform: &DAffine3, flipped: bool,
     let given = std::mem::take(&mut mesh.positions);
     let positions: Vec<Vec3> = given.par_iter().map(|&p| (transform.transform_point3(p) - shift).as_vec3()).collect();
     drop(given);
-    let turned = flipped != (transform.matrix3.determinant() < 0.0);
+    let mirrored = transform.matrix3.determinant() < 0.0;
+    let turned = flipped != fault!("mirrored_meshes_inside_out", mirrored, false);
     let MeshData { mut triangles, normals, uvs, colours, .. } = mesh;
     if turned {
         triangles.par_iter_mut().for_each(|t| t.swap(1, 2));
