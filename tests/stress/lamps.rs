@@ -99,7 +99,8 @@ fn a_lamp_that_touches_the_floor() {
 /// parallel to the surfaces at both of their ends, at distances down to nothing.
 #[test]
 fn lamps_in_the_plane_of_the_floor() {
-    for (i, axis) in [DVec3::Y, dvec3(0.3, 1.0, -0.2), dvec3(-0.7, 0.6, 0.5), dvec3(1e-4, 1.0, 1e-7)].iter().enumerate() {
+    for (i, axis) in [DVec3::Y, dvec3(0.3, 1.0, -0.2), dvec3(-0.7, 0.6, 0.5), dvec3(1e-4, 1.0, 1e-7)].iter().enumerate()
+    {
         let up = axis.normalize();
         let u = up.any_orthonormal_vector();
         let v = u.cross(up);

@@ -1,4 +1,4 @@
-//! What importers keep account of while they translate: names that are taken, files that are nowhere, meshes without a file.
+//! What importers keep account of while they translate: names that are taken, files that are nowhere, meshes without a file, references.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -9,6 +9,41 @@ use crate::suggest::shown;
 
 /// The most missing files that an error lists.
 const MOST_LISTED: usize = 20;
+
+/// The most things of a kind that refer to one another in turn.
+const MAX_NESTING: usize = 32;
+/// The most references that are followed.
+const MAX_VISITS: usize = 4_000_000;
+
+/// Things that refer to others of their kind, while they are read.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Nesting {
+    /// How many are being read, each for the sake of the one before.
+    depth: usize,
+    /// How many have been read, each as often as it was referred to.
+    visits: usize,
+}
+
+impl Nesting {
+    /// Begins to read one of them: none may contain itself, or be repeated without end.
+    pub fn enter(&mut self, title: impl FnOnce() -> String, place: &Place) -> Result<(), SceneError> {
+        (self.depth, self.visits) = (self.depth + 1, self.visits + 1);
+        if self.depth > MAX_NESTING {
+            let message = format!("{} contains itself, or more than {MAX_NESTING} others", title());
+            return Err(place.error(message, "take one of the references out"));
+        }
+        if self.visits > MAX_VISITS {
+            let message = format!("more than {MAX_VISITS} materials, textures and shapes are referred to");
+            return Err(place.error(message, "let references repeat less"));
+        }
+        Ok(())
+    }
+
+    /// Ends what [`enter`](Self::enter) began.
+    pub fn leave(&mut self) {
+        self.depth -= 1;
+    }
+}
 
 /// Names that are taken.
 #[derive(Clone, Debug, Default)]

@@ -21,6 +21,7 @@ mod smoothing;
 pub mod solid;
 mod source;
 pub mod translation;
+mod uv_map;
 pub mod viewpoint;
 
 /// Whether a transform leaves nothing of some direction, so that there is no way back.

@@ -5,15 +5,10 @@ use std::path::{Path, PathBuf};
 
 use super::xml::{Element, Xml};
 use crate::error::SceneError;
-use crate::import::ledger::{Meshes, Missing, Names};
+use crate::import::ledger::{Meshes, Missing, Names, Nesting};
 use crate::import::obj::Model;
 use crate::import::translation::{Lines, MEMBER, NoteKind, Notes, Place, SHAPE, named_from};
 use crate::suggest::did_you_mean;
-
-/// How deep things may refer to others of their kind.
-const MAX_NESTING: usize = 32;
-/// How often they may in all.
-const MAX_VISITS: usize = 4_000_000;
 
 /// What an integrator counts towards its `max_depth`.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -62,10 +57,7 @@ pub struct Context<'a> {
     /// The materials written that do.
     pub mapped_materials: BTreeSet<String>,
     taken: Names,
-    /// How many things that refer to others are being read, each within the one before.
-    nesting: usize,
-    /// How many have been read.
-    visits: usize,
+    nesting: Nesting,
     /// Whether there is an environment.
     pub has_environment: bool,
     /// The groups that are written so far.
@@ -99,8 +91,7 @@ impl<'a> Context<'a> {
             uv_textures: 0,
             mapped_materials: BTreeSet::new(),
             taken: Names::default(),
-            nesting: 0,
-            visits: 0,
+            nesting: Nesting::default(),
             has_environment: false,
             groups: Lines::default(),
             group_names: BTreeMap::new(),
@@ -157,21 +148,12 @@ impl<'a> Context<'a> {
 
     /// Begins to read a thing that may refer to others of its kind: none may contain itself, or be repeated without end.
     pub fn enter(&mut self, element: &Element) -> Result<(), SceneError> {
-        (self.nesting, self.visits) = (self.nesting + 1, self.visits + 1);
-        if self.nesting > MAX_NESTING {
-            let message = format!("{} contains itself, or more than {MAX_NESTING} others", element.title());
-            return Err(element.place.error(message, "take one of the references out"));
-        }
-        if self.visits > MAX_VISITS {
-            let message = format!("more than {MAX_VISITS} materials, textures and shapes are referred to");
-            return Err(element.place.error(message, "let references repeat less"));
-        }
-        Ok(())
+        self.nesting.enter(|| element.title(), &element.place)
     }
 
     /// Ends what [`enter`](Self::enter) began.
     pub fn leave(&mut self) {
-        self.nesting -= 1;
+        self.nesting.leave();
     }
 
     /// Notes something.

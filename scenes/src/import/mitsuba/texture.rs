@@ -12,7 +12,8 @@ use super::spectrum::{self, Quantity};
 use super::transform;
 use super::xml::Element;
 use crate::error::SceneError;
-use crate::import::translation::{colour, numbers, quoted};
+use crate::import::translation::{colour, quoted};
+use crate::import::uv_map::UvMap;
 
 /// Colours over a surface.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,34 +37,6 @@ pub struct Image {
     grey: bool,
     scale: [f64; 3],
     map: UvMap,
-}
-
-/// Where in a pattern a point lies: `uv · scale + offset`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct UvMap {
-    scale: DVec2,
-    offset: DVec2,
-}
-
-impl UvMap {
-    const IDENTITY: Self = Self { scale: DVec2::ONE, offset: DVec2::ZERO };
-    const TURNED: Self = Self { scale: DVec2::new(1.0, -1.0), offset: DVec2::new(0.0, 1.0) };
-
-    fn then(self, next: Self) -> Self {
-        Self { scale: self.scale * next.scale, offset: self.offset * next.scale + next.offset }
-    }
-
-    /// As keys of an inline table.
-    fn keys(self) -> String {
-        let mut text = String::new();
-        if self.scale != DVec2::ONE {
-            text += &format!(", uv_scale = {}", numbers(&self.scale.to_array()));
-        }
-        if self.offset != DVec2::ZERO {
-            text += &format!(", uv_offset = {}", numbers(&self.offset.to_array()));
-        }
-        text
-    }
 }
 
 impl Texture {

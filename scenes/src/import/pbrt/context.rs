@@ -7,13 +7,8 @@ use std::rc::Rc;
 use super::parameters::Parameters;
 use super::sensor::Sensor;
 use crate::error::SceneError;
-use crate::import::ledger::{Meshes, Missing, Names};
+use crate::import::ledger::{Meshes, Missing, Names, Nesting};
 use crate::import::translation::{Lines, NoteKind, Notes, Place, named_from};
-
-/// How deep textures and materials may refer to others of their kind.
-const MAX_NESTING: usize = 32;
-/// How often they may in all.
-const MAX_VISITS: usize = 4_000_000;
 
 /// The state of a translation.
 pub struct Context {
@@ -45,8 +40,7 @@ pub struct Context {
     /// Materials written, by what they are and by their mask.
     pub written: BTreeMap<(String, String), String>,
     taken: Names,
-    nesting: usize,
-    visits: usize,
+    nesting: Nesting,
     /// Whether there is an environment.
     pub has_environment: bool,
     /// The first surface that light passes as if it were not there.
@@ -74,8 +68,7 @@ impl Context {
             mapped_materials: BTreeSet::new(),
             written: BTreeMap::new(),
             taken: Names::default(),
-            nesting: 0,
-            visits: 0,
+            nesting: Nesting::default(),
             has_environment: false,
             interface: None,
             sensor: Sensor::PLAIN,
@@ -84,21 +77,12 @@ impl Context {
 
     /// Begins to read a thing that may refer to others of its kind: none may contain itself, or be repeated without end.
     pub fn enter(&mut self, parameters: &Parameters) -> Result<(), SceneError> {
-        (self.nesting, self.visits) = (self.nesting + 1, self.visits + 1);
-        if self.nesting > MAX_NESTING {
-            let message = format!("{} contains itself, or more than {MAX_NESTING} others", parameters.title());
-            return Err(parameters.place.error(message, "take one of the names out"));
-        }
-        if self.visits > MAX_VISITS {
-            let message = format!("more than {MAX_VISITS} materials and textures are referred to");
-            return Err(parameters.place.error(message, "let names repeat less"));
-        }
-        Ok(())
+        self.nesting.enter(|| parameters.title(), &parameters.place)
     }
 
     /// Ends what [`enter`](Self::enter) began.
     pub fn leave(&mut self) {
-        self.nesting -= 1;
+        self.nesting.leave();
     }
 
     /// Notes something.

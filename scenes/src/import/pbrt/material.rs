@@ -7,9 +7,10 @@ use super::model;
 use super::parameters::Parameters;
 use super::parser::Values;
 use super::spectrum::Quantity;
-use super::texture::{self, Texture, UvMap};
+use super::texture::{self, Texture};
 use crate::error::SceneError;
 use crate::import::translation::{Lines, Place, key, number, quoted};
+use crate::import::uv_map::UvMap;
 use crate::suggest::did_you_mean;
 use crate::tilt::Remedies;
 

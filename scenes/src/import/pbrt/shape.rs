@@ -10,7 +10,7 @@ use super::material::{self, Material};
 use super::parameters::Parameters;
 use super::parser::Parameter;
 use super::spectrum::{self, Quantity};
-use super::texture::{self, Texture, UvMap};
+use super::texture::{self, Texture};
 use super::transform::scale_of;
 use super::triangles;
 use crate::builder::MeshData;
@@ -18,6 +18,7 @@ use crate::error::SceneError;
 use crate::import::mitsuba::mesh;
 use crate::import::mitsuba::transform::{is_similarity, steps};
 use crate::import::translation::{Lines, NoteKind, Place, number, numbers, quoted};
+use crate::import::uv_map::UvMap;
 
 /// A shape's form in its own frame.
 pub enum Geometry {

@@ -7,7 +7,8 @@ use super::parameters::Parameters;
 use super::parser::{Parameter, Values};
 use super::spectrum::{self, Quantity};
 use crate::error::SceneError;
-use crate::import::translation::{colour, numbers, quoted};
+use crate::import::translation::{colour, quoted};
+use crate::import::uv_map::UvMap;
 use crate::suggest::did_you_mean;
 
 /// Colours over a surface.
@@ -19,30 +20,6 @@ pub enum Texture {
     Image { file: String, encoding: Option<&'static str>, wrap: &'static str, scale: [f64; 3], map: UvMap },
     /// Squares.
     Checkerboard { values: [[f64; 3]; 2], map: UvMap },
-}
-
-/// Where in a pattern a point lies: `uv · scale + offset`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct UvMap {
-    scale: DVec2,
-    offset: DVec2,
-}
-
-impl UvMap {
-    /// That of an image that is stretched over a surface once.
-    pub const IDENTITY: Self = Self { scale: DVec2::ONE, offset: DVec2::ZERO };
-
-    /// As keys of an inline table.
-    fn keys(self) -> String {
-        let mut text = String::new();
-        if self.scale != DVec2::ONE {
-            text += &format!(", uv_scale = {}", numbers(&self.scale.to_array()));
-        }
-        if self.offset != DVec2::ZERO {
-            text += &format!(", uv_offset = {}", numbers(&self.offset.to_array()));
-        }
-        text
-    }
 }
 
 impl Texture {
