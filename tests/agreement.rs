@@ -93,3 +93,16 @@ fn indirect_lamp() {
     ];
     agree_on("indirect_lamp", &entries, 0.5);
 }
+
+/// All light has come through a ball of glass before it lights anything: what a mirror or another ball shows of it, every method meets by chance.
+/// Nothing is asked of `direct` and `path` but that no order differs significantly; light tracing and `bdpt` decide outside those pixels.
+#[test]
+fn mirror_caustic() {
+    let entries = [
+        Entry::new("direct", 64).of_infinite_variance(),
+        Entry::new("path", 192).without_roulette().of_infinite_variance(),
+        Entry::new("light", 96).without_roulette(),
+        Entry::new("bdpt", 96).without_roulette().up_to(4),
+    ];
+    agree_on("mirror_caustic", &entries, 0.8);
+}

@@ -91,6 +91,9 @@ const FAULTS: &[(&str, &str)] = &[
     ("sums_in_single_precision", "stress::materials::a_million_samples_of_one_value"),
     ("sky_left_out_of_subpaths", "environment::methods_agree_under_a_sky"),
     ("walks_end_in_silence", "orders::furnace"),
+    ("streams_shared_between_methods", "determinism::seeds_instances_roles_and_replicates_draw_different_numbers"),
+    ("splats_ignore_the_filter", "splats::filters_weight_camera_samples_and_splats_alike"),
+    ("sampled_normals_turned_over", "meshes::emitters_on_meshes_shine_as_quads_do"),
     ("invalid_not_counted", "cli::evidence::what_is_not_finite_is_counted_kept_and_told"),
     ("many_tests_taken_for_one", "cli::evidence::a_scene_is_verified_in_words_and_in_json"),
 ];

@@ -162,7 +162,7 @@ fn report(error: &Error) {
         }
         cause = e.source();
     }
-    eprintln!("error: {message}");
+    tell!("error: {message}");
 }
 
 /// Prints a command's answer. A reader that went away, such as `head`, is no error.

@@ -17,6 +17,14 @@
 //!   what people look at; [`output`]: where all of that goes, whole or not at all;
 //! - [`machine`], [`mod@program`], [`progress`], [`live`], [`stop`]: memory and clock, the build, the bar, images while they are rendered, Ctrl-C.
 
+/// Writes a line on standard error. That nobody reads it any more is no error.
+macro_rules! tell {
+    ($($argument:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr(), $($argument)*);
+    }};
+}
+
 pub mod agreement;
 pub mod bench;
 pub mod bsdf;

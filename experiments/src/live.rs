@@ -95,7 +95,7 @@ impl Live {
             }
             (Err(why), None) => match Terminal::open() {
                 Some(terminal) => {
-                    eprintln!("no tev at {ADDRESS} ({SOURCE}): the image is shown here");
+                    tell!("no tev at {ADDRESS} ({SOURCE}): the image is shown here");
                     Screen::Terminal(terminal)
                 }
                 None => {
@@ -125,7 +125,7 @@ impl Live {
             Screen::Gone => Ok(()),
         };
         if let Err(why) = shown {
-            eprintln!("the image is no longer shown ({why}); rendering goes on");
+            tell!("the image is no longer shown ({why}); rendering goes on");
             self.screen = Screen::Gone;
         }
         self.last = Some((Instant::now(), begun.elapsed()));

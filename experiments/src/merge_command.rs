@@ -52,7 +52,7 @@ pub fn merge(args: &MergeArgs, methods: &Methods, verbosity: Verbosity, stop: &S
         }
     };
     if let Some(signal) = stop.signal() {
-        eprintln!("stopped early: nothing was written; the same command begins again");
+        tell!("stopped early: nothing was written; the same command begins again");
         return Ok(Status::Interrupted(signal));
     }
     let renders = std::mem::take(&mut outcome.renders);
@@ -68,6 +68,6 @@ pub fn merge(args: &MergeArgs, methods: &Methods, verbosity: Verbosity, stop: &S
 /// Says what is wrong with the shards.
 fn told(path: &Path, found: Found) -> Result<Status, Error> {
     let faults = if let Found::Faults(faults) = found { faults.told.join("\n") } else { AGAIN.to_owned() };
-    eprintln!("error: the shards in {} cannot be merged\n{faults}", path.display());
+    tell!("error: the shards in {} cannot be merged\n{faults}", path.display());
     Ok(Status::Failed)
 }

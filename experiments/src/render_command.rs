@@ -54,15 +54,17 @@ pub fn render(args: &RenderArgs, methods: &Methods, verbosity: Verbosity, stop: 
         let statistics = Statistics::new(&measurement, job.context(pool.current_num_threads()), seconds);
         write_atomically(path, statistics.to_json().as_bytes())?;
     }
-    if verbosity == Verbosity::Normal {
-        print(&job.summary(&measurement))?;
+    match verbosity {
+        Verbosity::Normal => print(&job.summary(&measurement))?,
+        // What became of a file is what no one asked to be quiet about.
+        Verbosity::Quiet => job.scene.notes.iter().for_each(|note| tell!("note: {note}")),
     }
     if let Status::Interrupted(_) = status {
-        eprintln!("stopped early: {} holds the replicates that were complete", job.output.display());
+        tell!("stopped early: {} holds the replicates that were complete", job.output.display());
     }
     let invalid: u64 = measurement.invalid.iter().sum();
     if invalid > 0 && !args.allow_invalid {
-        eprintln!("error: {}", budget::non_finite(&measurement, job.settings.seed));
+        tell!("error: {}", budget::non_finite(&measurement, job.settings.seed));
         return Ok(if status == Status::Done { Status::Failed } else { status });
     }
     Ok(status)

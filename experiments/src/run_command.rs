@@ -58,11 +58,11 @@ pub fn run(args: &RunArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop)
         runner::run(&mut plan, &mut states, Display { verbosity, live }, stop)
     })?;
     if let (Some(signal), true) = (stop.signal(), former.as_ref().is_some_and(|f| f.complete)) {
-        eprintln!("stopped early: the complete results in {} are kept; {GO_ON}", path.display());
+        tell!("stopped early: the complete results in {} are kept; {GO_ON}", path.display());
         return Ok(Status::Interrupted(signal));
     }
     if let (Some(signal), true) = (stop.signal(), outcome.methods.is_empty() && outcome.integrals.is_empty()) {
-        eprintln!("stopped before any method's first replicate; {GO_ON}");
+        tell!("stopped before any method's first replicate; {GO_ON}");
         return Ok(Status::Interrupted(signal));
     }
     let complete = stop.signal().is_none();
@@ -80,7 +80,7 @@ pub fn run(args: &RunArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop)
     }
     tell(&result, &path, verbosity)?;
     if stop.signal().is_some() {
-        eprintln!("stopped early: {} holds what was complete; {GO_ON}", path.display());
+        tell!("stopped early: {} holds what was complete; {GO_ON}", path.display());
     }
     Ok(status(&result, args, stop))
 }
@@ -296,7 +296,7 @@ pub(crate) fn status(result: &ExperimentResult, args: &RunArgs, stop: &Stop) -> 
     let invalid = result.methods.iter().filter(|m| m.measurement.invalid.iter().any(|&n| n > 0));
     for method in invalid.filter(|_| !args.allow_invalid) {
         let what = budget::non_finite(&method.measurement, result.experiment.seed);
-        eprintln!("error: {} in {}: {what}", method.label, method.scene);
+        tell!("error: {} in {}: {what}", method.label, method.scene);
         status = Status::Failed;
     }
     stop.signal().map_or(status, Status::Interrupted)

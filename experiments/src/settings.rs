@@ -138,7 +138,7 @@ fn change(mut experiment: Experiment, assignment: &Assignment) -> Result<Experim
     }
     let mut table = toml::Table::try_from(&experiment).map_err(|e| bad(e.to_string()))?;
     insert(&mut table, &assignment.path, &assignment.value).map_err(bad)?;
-    table.try_into().map_err(|e: toml::de::Error| bad(crate::source::with_nearest(e.message())))
+    table.try_into().map_err(|e: toml::de::Error| bad(integrators::with_nearest(e.message())))
 }
 
 fn insert(table: &mut toml::Table, path: &[String], value: &toml::Value) -> Result<(), String> {

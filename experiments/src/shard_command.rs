@@ -59,7 +59,7 @@ pub fn run(
         growing.flush()?;
         let done: u32 = growing.places().iter().map(Place::replicates).sum();
         let all: usize = (0..divided.units.len()).map(|unit| divided.replicates(shard, unit).len()).sum();
-        eprintln!(
+        tell!(
             "stopped early: {done} of {all} replicates of shard {shard} are kept; the same command goes on from there"
         );
         return Ok(Status::Interrupted(signal));

@@ -1,8 +1,8 @@
 //! Where experiments come from: the library, or a file; and the place in it that is to blame for a fault.
 
 use crate::config::Experiment;
-use crate::error::{Error, nearest, unknown};
-use integrators::in_plain_words;
+use crate::error::{Error, unknown};
+use integrators::with_nearest;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
@@ -169,19 +169,6 @@ impl Source {
             Some(folder) if is_path => folder.join(name_or_path).to_string_lossy().into_owned(),
             _ => name_or_path.to_owned(),
         }
-    }
-}
-
-/// serde's message in plain words, and with the nearest valid name where it is about an unknown one: "unknown field `spb`,
-/// expected one of `spp`, …".
-pub fn with_nearest(message: &str) -> String {
-    let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
-    match quoted.split_first() {
-        Some((given, valid)) if message.starts_with("unknown ") => match nearest(given, valid) {
-            Some(near) => format!("{message}; did you mean `{near}`?"),
-            None => message.to_owned(),
-        },
-        _ => in_plain_words(message),
     }
 }
 

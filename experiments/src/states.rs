@@ -199,7 +199,7 @@ impl States {
                 let aside = path.with_extension("state.damaged");
                 fs::rename(&path, &aside).map_err(|source| self.failed("rename", &path, source))?;
                 let (path, aside) = (path.display(), aside.display());
-                eprintln!("warning: {path} is damaged ({e}): it is set aside as {aside}, and its work done anew");
+                tell!("warning: {path} is damaged ({e}): it is set aside as {aside}, and its work done anew");
                 Ok(None)
             }
             Err(source) => Err(self.failed("read", &path, source)),

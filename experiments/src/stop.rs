@@ -42,7 +42,7 @@ impl Stop {
             while stop.signal().is_none() {
                 std::thread::sleep(std::time::Duration::from_millis(50));
             }
-            eprintln!(
+            tell!(
                 "stopping when the replicate or pilot at work is done, and keeping what is complete; once more stops at once"
             );
         });

@@ -35,21 +35,20 @@ pub fn submit(args: &SubmitArgs, methods: &Methods, verbosity: Verbosity, stop: 
         false => new_plan(args, &folder, methods, stop)?,
     };
     let folder = std::path::absolute(&folder).unwrap_or(folder);
-    let missing = match budget::pool(args.threads)?
-        .install(|| Shards::find(&folder, &plan, Foreign::Refused, Look::Bytes))?
-    {
-        Found::All(_) => {
-            let merge = quoted(&folder.to_string_lossy());
-            print(&format!("all {} shards are complete: neumann merge {merge}\n", plan.count()))?;
-            return Ok(Status::Done);
-        }
-        Found::Faults(faults) if !faults.by_hand.is_empty() => {
-            let told = faults.by_hand.join("\n");
-            eprintln!("error: the shards in {} could not be merged, whatever is rendered\n{told}", folder.display());
-            return Ok(Status::Failed);
-        }
-        Found::Faults(faults) => faults.missing,
-    };
+    let missing =
+        match budget::pool(args.threads)?.install(|| Shards::find(&folder, &plan, Foreign::Refused, Look::Bytes))? {
+            Found::All(_) => {
+                let merge = quoted(&folder.to_string_lossy());
+                print(&format!("all {} shards are complete: neumann merge {merge}\n", plan.count()))?;
+                return Ok(Status::Done);
+            }
+            Found::Faults(faults) if !faults.by_hand.is_empty() => {
+                let told = faults.by_hand.join("\n");
+                tell!("error: the shards in {} could not be merged, whatever is rendered\n{told}", folder.display());
+                return Ok(Status::Failed);
+            }
+            Found::Faults(faults) => faults.missing,
+        };
     let task = Task { plan: &plan, folder: &folder, program: program(args), missing: &missing, args };
     let files = args.engine.files(&task);
     let home = folder.join(FOLDER);
@@ -138,7 +137,7 @@ fn go(engine: Engine, script: &Path) -> Result<Status, Error> {
         Ok(status) if status.success() => Ok(Status::Done),
         Ok(status) => {
             let script = script.display();
-            eprintln!(
+            tell!(
                 "error: {script} ended with {status}; what it says stands above, and submitting again runs what is missing then"
             );
             Ok(Status::Failed)

@@ -60,7 +60,7 @@ impl Composite {
             }
             Some(Value::String(text)) => text.split(';').filter(|run| !run.trim().is_empty()).map(Run::read).collect(),
             Some(list) => serde_json::from_value(list.clone()).map_err(|e| {
-                let what = crate::in_plain_words(&e.to_string());
+                let what = crate::with_nearest(&e.to_string());
                 format!(
                     "{what}; write METHOD:ORDERS:SHARE, such as path:1-3:0.5, or, in a file, a list of tables in a list"
                 )

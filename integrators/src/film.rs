@@ -136,7 +136,10 @@ impl<'r> BlockFilm<'r> {
         let first_pixel = band * TILE as usize * width;
         for splat in self.splats.band(band) {
             let i = (splat.pixel as usize - first_pixel) * stride + splat.layer as usize * 3;
-            (0..3).for_each(|c| rows[i + c] += splat.value[c] as f64);
+            let sum = |sum: f64, value: f32| {
+                fault!("sums_in_single_precision", sum + value as f64, (sum as f32 + value) as f64)
+            };
+            (0..3).for_each(|c| rows[i + c] = sum(rows[i + c], splat.value[c]));
         }
     }
 }
@@ -232,7 +235,7 @@ impl BlockFilm<'_> {
                 fireflies.count(layer, size);
             }
         }
-        if !value.is_finite() {
+        if !(value.is_finite() && c.raster.is_finite()) {
             self.invalid[layer] += fault!("invalid_not_counted", 1, 0);
             return None;
         }
@@ -242,7 +245,7 @@ impl BlockFilm<'_> {
     /// Adds to successive layers where a contribution lands.
     #[inline]
     fn place<const N: usize>(&mut self, c: &Contribution, layer: usize, values: [Spectrum; N]) {
-        match (c.technique, self.raster.filter) {
+        match (c.technique, fault!("splats_ignore_the_filter", self.raster.filter, Filter::Box)) {
             (Technique::Connect { t: 0 | 1, .. }, Filter::Box) => {
                 self.splat(c.raster, layer, values.map(|value| value * self.share));
             }

@@ -76,4 +76,4 @@ pub use method::{MethodError, Methods};
 pub use parts::{Part, PartSettings, PathClass, Quantity};
 pub use render::{Render, RenderError, RenderSettings};
 pub use request::{Orders, Request};
-pub use settings::in_plain_words;
+pub use settings::with_nearest;

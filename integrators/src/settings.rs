@@ -30,7 +30,7 @@ pub fn parse_settings<E: Serialize + DeserializeOwned + Default>(
                 }
                 merged.insert(key.clone(), value.clone());
                 serde_json::from_value::<E>(Value::Object(merged.clone()))
-                    .map_err(|e| bad(format!("setting `{key}`: {}", in_plain_words(&e.to_string()))))?;
+                    .map_err(|e| bad(format!("setting `{key}`: {}", with_nearest(&e.to_string()))))?;
             }
         }
         _ => return Err(bad("settings must be a table of names and values".to_owned())),
@@ -41,7 +41,10 @@ pub fn parse_settings<E: Serialize + DeserializeOwned + Default>(
 /// What serde says of a value of the wrong kind, in words that are not Rust's: "invalid type: string "x", expected u32" becomes
 /// "string "x", where a whole number is needed".
 pub fn in_plain_words(message: &str) -> String {
-    const KINDS: [(&str, &str); 10] = [
+    const KINDS: [(&str, &str); 13] = [
+        ("a nonzero u32", "a whole number of at least 1"),
+        ("a nonzero u16", "a whole number of at least 1"),
+        ("u16", "a whole number"),
         ("usize", "a whole number"),
         ("u64", "a whole number"),
         ("u32", "a whole number"),
@@ -60,6 +63,19 @@ pub fn in_plain_words(message: &str) -> String {
             format!("{given}, where {kind} is needed")
         }
         None => message.to_owned(),
+    }
+}
+
+/// serde's message in plain words, and with the nearest valid name where it is about an unknown one: "unknown field `spb`,
+/// expected one of `spp`, …".
+pub fn with_nearest(message: &str) -> String {
+    let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+    match quoted.split_first() {
+        Some((given, valid)) if message.starts_with("unknown ") => match nearest(given, valid) {
+            Some(near) => format!("{message}; did you mean `{near}`?"),
+            None => message.to_owned(),
+        },
+        _ => in_plain_words(message),
     }
 }
 

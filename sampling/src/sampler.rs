@@ -38,6 +38,7 @@ pub struct StreamKey(u64);
 impl StreamKey {
     /// The key of a replicate of a method instance in a role; keys that differ in any of the four are independent.
     pub fn new(seed: u64, instance: &str, role: Role, replicate: u32) -> Self {
+        let instance = fault!("streams_shared_between_methods", instance, "");
         let name = instance.bytes().fold(mix2(seed, instance.len() as u64), |h, byte| mix2(h, u64::from(byte)));
         let replicate = fault!("streams_shared_between_replicates", replicate, 0);
         let role = fault!("streams_shared_between_roles", role, Role::Estimate);

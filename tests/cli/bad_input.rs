@@ -138,3 +138,24 @@ fn outputs_that_cannot_be_written_are_refused_before_rendering() {
     super::refused(folder.path(), &[&run[..], &["file"]].concat(), &["file"]);
     super::refused(folder.path(), &[&run[..], &["."]].concat(), &["--out"]);
 }
+
+/// Whoever has stopped listening hears no message, and changes no exit status.
+#[test]
+fn closed_pipes_change_no_status() {
+    let folder = folder_with(&[("room.toml", super::ROOM)]);
+    let status = |arguments: &[&str]| {
+        let closed = || {
+            let (reader, writer) = std::io::pipe().unwrap();
+            drop(reader);
+            writer
+        };
+        let mut command = super::command(folder.path(), arguments);
+        command.stdout(closed()).stderr(closed()).status().unwrap().code()
+    };
+    assert_eq!(status(&["render", "nope"]), Some(2));
+    assert_eq!(status(&["list", "methods"]), Some(0));
+    assert_eq!(status(&["scene", "room.toml"]), Some(0));
+    let render = ["render", "room.toml", "--size", "4x4", "--spp", "4", "-o", "a.exr", "--stats", "a.json"];
+    assert_eq!(status(&render), Some(0));
+    assert!(folder.path().join("a.exr").exists() && folder.path().join("a.json").exists());
+}

@@ -229,7 +229,9 @@ fn a_folder_that_cannot_be_written_is_named() {
     std::fs::create_dir(&shut).unwrap();
     std::fs::set_permissions(&shut, std::os::unix::fs::PermissionsExt::from_mode(0o555)).unwrap();
     // Who is root may write anywhere.
-    if std::fs::write(shut.join("probe"), "").is_err() {
+    if std::fs::write(shut.join("probe"), "").is_ok() {
+        println!("skipped: who runs this test may write anywhere");
+    } else {
         refused(folder.path(), &[&RUN[..], &["--out", "shut"]].concat(), &["shut", "denied", "name a place"]);
     }
 }

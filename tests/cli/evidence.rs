@@ -92,6 +92,9 @@ fn what_is_not_finite_is_counted_kept_and_told() {
         for word in [&format!("{} in order 1", invalid[1])[..], "non-finite", "--seed 0", "--allow-invalid"] {
             assert!(told.contains(word), "{method}: {told}");
         }
+        let stats: Value = json(folder.path(), "a.json");
+        let means = stats["orders"].as_array().unwrap().iter().chain([&stats["total"]]).map(|layer| &layer["mean"]);
+        assert!(means.flat_map(|mean| mean.as_array().unwrap()).all(Value::is_f64), "{method}: {stats}");
         assert_eq!(counted(method, &["--allow-invalid"]), (Some(0), String::new(), invalid), "{method}");
     }
     // An experiment goes on, tells it in its status and report, and keeps what shows each again.

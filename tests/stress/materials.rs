@@ -69,6 +69,7 @@ fn ten_thousand_scatterings() {
         let all = f64::from(EMITTED) * (1.0 - power(LAST + 1)) / (1.0 - f64::from(albedo));
         family.image(format!("{name}, all orders"), Estimate::of(&sums), Estimate::exact(all));
     }
+    // Of the single orders of `light` few decide; all together they do.
     family.finish(0.5);
 }
 

@@ -89,7 +89,7 @@ mod tests {
     fn faults_are_named() {
         for text in ["\"sobel\"", "[\"sobol\", \"sobel\"]"] {
             let message = toml::from_str::<File>(&format!("sampler = {text}")).unwrap_err().message().to_owned();
-            assert!(crate::source::with_nearest(&message).contains("did you mean `sobol`"), "{message}");
+            assert!(integrators::with_nearest(&message).contains("did you mean `sobol`"), "{message}");
         }
         assert!(toml::from_str::<File>("sampler = 3").unwrap_err().message().contains("list of names"));
         assert!(Samplers(vec![]).check().is_err() && Samplers(vec![SamplerKind::Sobol; 2]).check().is_err());

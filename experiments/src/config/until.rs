@@ -2,7 +2,7 @@
 
 use super::{Fault, fault};
 use crate::settings::Assignment;
-use crate::source::with_nearest;
+use integrators::with_nearest;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 use toml::Value;

@@ -33,10 +33,7 @@ impl Lock {
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => return Err(Error::usage(in_use(folder, &path))),
                 Err(TryLockError::Error(e)) if e.kind() == io::ErrorKind::Unsupported => {
-                    eprintln!(
-                        "warning: {} is on a file system without locks; have one run at a time",
-                        folder.display()
-                    );
+                    tell!("warning: {} is on a file system without locks; have one run at a time", folder.display());
                     return Ok(Self { path, _file: None });
                 }
                 Err(TryLockError::Error(e)) => return Err(failed(e)),

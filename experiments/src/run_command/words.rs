@@ -18,8 +18,8 @@ pub fn tell(result: &ExperimentResult, path: &Path, verbosity: Verbosity) -> Res
     let (judged, warnings): (Vec<_>, Vec<_>) =
         judgements(result).into_iter().partition(|(_, sentence)| sentence.tone == Tone::Plain);
     // Warnings are what no one asked to be quiet about.
-    eprint!("{}", differences(result));
-    warnings.iter().for_each(|(scene, sentence)| eprintln!("warning: {scene}: {}", sentence.text));
+    differences(result).lines().for_each(|line| tell!("{line}"));
+    warnings.iter().for_each(|(scene, sentence)| tell!("warning: {scene}: {}", sentence.text));
     if verbosity == Verbosity::Normal {
         print(&summary(result, &judged, path))?;
     }

@@ -19,8 +19,7 @@ impl Sink for PartsFilm<'_, '_> {
         film.place(&c, layer, [value]);
         let parts = film.request.parts();
         if let Some(strategy) = parts.strategy(c.technique) {
-            // A raw value may be beyond all numbers where its weight is 0.
-            let raw = if c.value.is_finite() { c.value } else { Spectrum::ZERO };
+            let raw = c.value;
             let scale = film.scale;
             film.fireflies.iter_mut().for_each(|found| found.count(strategy + 1, size(raw) * scale));
             let weight = c.weight as f32;

@@ -15,6 +15,7 @@ use crate::builder::{Emission, MeshData, SceneBuilder, ShapeId};
 use crate::error::SceneError;
 use crate::import::{obj, ply, polygon};
 use crate::material::Material;
+use crate::suggest::near_file;
 use crate::texture::{Encoding, Texture};
 
 /// Keys that every shape understands.
@@ -184,9 +185,9 @@ impl Reader<'_> {
         let path = folder.join(name);
         let attached = self.textures.attached(name);
         if attached.is_none() && !path.is_file() {
-            return Err(
-                file.error(format!("there is no file {}; paths start at the scene file's folder", path.display()))
-            );
+            let near = near_file(&path).map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
+            let place = path.display();
+            return Err(file.error(format!("there is no file {place}; {near}paths start at the scene file's folder")));
         }
         if ending.as_deref() == Some("ply") {
             let material = self.materials.named(table)?;

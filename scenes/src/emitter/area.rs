@@ -150,7 +150,8 @@ impl AreaEmitter {
                 let rest = ((position - before) / (cumulative[index] - before)) as f32;
                 let b = warp::uniform_triangle(vec2(rest.min(1.0f32.next_down()), u.y));
                 let (triangle, ng) = &triangles[index];
-                let at = triangle.point([b.y.into(), b.z.into()], *ng);
+                let ng = fault!("sampled_normals_turned_over", *ng, -*ng);
+                let at = triangle.point([b.y.into(), b.z.into()], ng);
                 Sampled { at, triangle: index as u32, b: vec2(b.y, b.z) }
             }
         }
