@@ -3,7 +3,9 @@
 //! A target fails by a panic, by debug assertions and overflow among others; by an error that has no file or no mend; by a hit that
 //! is not finite; and, as libFuzzer's flags say, by time and memory.
 
-use sampling::bsdf::TransportMode;
+use integrators::lpe::{Classifier, Expression};
+use neumann::shards::file::Look;
+use sampling::bsdf::{MerlTable, TransportMode};
 use sampling::{Vec3, vec2};
 use scenes::{Scene, SceneError, Skip};
 use std::path::{Path, PathBuf};
@@ -86,6 +88,51 @@ pub fn experiment(bytes: &[u8]) {
     if let Ok(experiment) = source.parse() {
         _ = neumann::plan::Plan::new(&source, experiment, &integrators::Methods::standard());
     }
+}
+
+/// Reads each line as an expression, and decides whether they are disjoint and complete.
+pub fn expressions(bytes: &[u8]) {
+    let text = String::from_utf8_lossy(bytes);
+    let read: Vec<Expression> = text.lines().take(3).filter_map(|line| Expression::parse(line).ok()).collect();
+    for expression in &read {
+        assert!(Expression::parse(&expression.to_string()).is_ok(), "{expression}");
+    }
+    _ = Classifier::new(&read, &[vec!["wall".to_owned()]], &[vec!["lamp".to_owned()]]);
+}
+
+/// Reads a measured reflectance, and looks at it.
+pub fn merl(bytes: &[u8]) {
+    _ = MerlTable::read(bytes);
+}
+
+/// Reads an image of the program's own.
+pub fn layers(bytes: &[u8]) {
+    write("layers.exr", bytes);
+    if let Err(error) = neumann::export::exr::read_layers(Path::new("layers.exr")) {
+        assert!(error.to_string().contains("layers.exr"), "{error}");
+    }
+}
+
+/// Looks through a shard.
+pub fn shard(bytes: &[u8]) {
+    write("a.shard", bytes);
+    let [whole, records] =
+        [Look::Bytes, Look::Records].map(|look| neumann::shards::file::scan(Path::new("a.shard"), look));
+    // What is whole is so when less of it is looked at.
+    assert!(whole.is_err() || records.is_ok());
+}
+
+/// Reads a plan.
+pub fn plan(bytes: &[u8]) {
+    write(neumann::shards::plan::FILE, bytes);
+    _ = neumann::shards::plan::ShardPlan::read(Path::new("."));
+}
+
+/// Reads a figure.
+pub fn figure(bytes: &[u8]) {
+    write("figure.toml", bytes);
+    let Ok(source) = neumann::source::Source::open("figure.toml") else { return };
+    _ = neumann::figure::file::FigureFile::open(&source);
 }
 
 /// Every error names its file and its mend.

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 const MAX_BYTES: u64 = 6000;
 
 /// Targets, the folder of their parser's tests, and what a text of the tests is to be put in.
-const TESTS: [(&str, &str, &str, &str); 9] = [
+const TESTS: [(&str, &str, &str, &str); 12] = [
     (
         "toml",
         "scenes/src/description",
@@ -23,11 +23,14 @@ const TESTS: [(&str, &str, &str, &str); 9] = [
     ("ply", "scenes/src/import/ply", "", ""),
     ("mitsuba", "scenes/src/import/mitsuba", "<scene version=\"3.0.0\"><sensor type=\"perspective\"/>\n", "</scene>"),
     ("pbrt", "scenes/src/import/pbrt", "Camera \"perspective\" WorldBegin\n", ""),
+    ("lpe", "integrators/src/lpe", "", ""),
+    ("lpe", "tests/parts.rs", "", "\nC.*L"),
+    ("figure", "experiments/src/figure", "", ""),
     ("experiment", "experiments/src", "scenes = [\"furnace\"]\nspp = 8\n", "\n[[methods]]\nname = \"path\"\n"),
 ];
 
 /// Targets, where their parser is, and more words.
-const WORDS: [(&str, &str, &[&str]); 10] = [
+const WORDS: [(&str, &str, &[&str]); 12] = [
     (
         "toml",
         "scenes/src/description",
@@ -47,6 +50,8 @@ const WORDS: [(&str, &str, &[&str]); 10] = [
         "scenes/src/import/pbrt",
         &["a.obj", "a.pbrt", "[", "]", "1e400", "AttributeBegin", "\\\"float radius\\\" [1]"],
     ),
+    ("lpe", "integrators/src/lpe", &["<R", "<T", "'wall'", "'lamp'", "{2,3}", "[^DG]", ".*", "L(", "E"]),
+    ("figure", "experiments/src/figure", &["[[images]]", "captions", "[[0, 0, 4, 4]]"]),
     ("gltf", "scenes/src/import/gltf", &["4294967295", "-1", "1e39", "null", "5125", "5121"]),
     (
         "exr",
@@ -237,7 +242,9 @@ fn write_binaries(corpus: &Path) -> std::io::Result<()> {
         let mut out = std::io::Cursor::new(Vec::new());
         let image = Image::from_encoded_channels((3, 2), encoding, channels);
         image.write().to_buffered(&mut out).expect("an image can be written to memory");
-        keep(corpus, "exr", &out.into_inner())?;
+        let bytes = out.into_inner();
+        keep(corpus, "exr", &bytes)?;
+        keep(corpus, "layers", &bytes)?;
     }
     Ok(())
 }

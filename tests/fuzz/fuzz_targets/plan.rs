@@ -1,0 +1,4 @@
+//! Plans of shards.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| fuzz::plan(bytes));

@@ -1,0 +1,4 @@
+//! Shards of an experiment.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| fuzz::shard(bytes));
