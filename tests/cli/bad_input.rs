@@ -139,6 +139,15 @@ fn outputs_that_cannot_be_written_are_refused_before_rendering() {
     super::refused(folder.path(), &[&run[..], &["."]].concat(), &["--out"]);
 }
 
+#[test]
+fn a_film_that_memory_cannot_hold_and_no_threads_are_refused_before_anything_is_written() {
+    let folder = folder_with(&[]);
+    let large = ["run", "comparison", "--size", "16000x16000", "--max-order", "999", "--out", "large"];
+    refused(folder.path(), &large, &["memory", "--size"]);
+    refused(folder.path(), &["run", "comparison", "--threads", "0", "--out", "none"], &["from 1 to"]);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
 /// Whoever has stopped listening hears no message, and changes no exit status.
 #[test]
 fn closed_pipes_change_no_status() {

@@ -9,7 +9,7 @@ use scenes::builder::MeshData;
 use scenes::shape::{Sphere, Triangle};
 use scenes::{Ray, SceneBuilder, Skip, SurfacePoint};
 
-use super::{Dice, TRIES, Worst, single};
+use super::{Dice, TRIES, Worst, double, single};
 use crate::support::{camera, lambert};
 
 /// Where a ray meets the plane of a triangle, and the barycentric coordinates there.
@@ -31,6 +31,7 @@ fn triangles_and_the_starts_of_rays() {
     let mut dice = Dice::new(5);
     let [mut place, mut bound] = ["point on a triangle", "bound of its error"].map(Worst::of);
     let mut start = Worst::of("start of a ray, of what it needs");
+    let [mut distance, mut shares] = ["distance to a triangle", "barycentric coordinates"].map(Worst::of);
     for _ in 0..TRIES / 100 {
         let mut builder = SceneBuilder::new("triangle");
         let grey = builder.material(lambert(0.5));
@@ -49,10 +50,15 @@ fn triangles_and_the_starts_of_rays() {
             let target = a + (b - a) * x + (c - a) * y;
             let from = target + dice.anywhere() * size * dice.magnitude(1e-3, 10.0);
             let ray = Ray::new(from.as_vec3(), (target - from).normalize().as_vec3());
-            let Some(hit) = scene.intersect_facet(&ray) else { continue };
+            let cos = f64::from(facet.ng.dot(ray.d).abs());
+            let Some(hit) = scene.intersect_facet(&ray) else {
+                let margin = x.min(y).min(1.0 - x - y).min((1.0 - (x - y).abs()) / 2.0);
+                assert!(margin.abs() < 0.1 || cos < 0.3, "missed at {x}, {y} of {facet:?}, by {ray:?}");
+                continue;
+            };
             let (t, exact) = meeting(facet.triangle, &ray);
             // What is seen all but edge on is met anywhere.
-            if exact.iter().any(|b| !b.is_finite()) || facet.ng.dot(ray.d).abs() < 1e-3 {
+            if exact.iter().any(|b| !b.is_finite()) || cos < 1e-3 {
                 continue;
             }
             let point = hit.interaction.point;
@@ -62,6 +68,15 @@ fn triangles_and_the_starts_of_rays() {
                 .max_element()
                 .max(facet.triangle.0.iter().map(|p| p.abs().max_element()).fold(0.0, f32::max));
             let unit = single(f64::from(largest));
+            let twice_area = (b - a).cross(c - a).length();
+            let longest = (b - a).length().max((c - a).length()).max((c - b).length());
+            // Coordinates are rounded in steps of `unit`, and what lies across the plane counts 1/cos times along the ray.
+            let step = (unit + single(t)) / cos;
+            distance.add_in(f64::from(hit.interaction.t), t, step, || format!("{cos}"));
+            for (found, exact) in hit.b.to_array().into_iter().zip(exact) {
+                let step = single(1.0) + step * longest / twice_area;
+                shares.add_in(f64::from(found), exact, step, || format!("{cos}, {exact}"));
+            }
             let n = (b - a).cross(c - a).normalize();
             let off = |p: glam::Vec3| (p.as_dvec3() - a).dot(n);
             let at = || format!("t {t:e}, size {size:e}");
@@ -79,6 +94,35 @@ fn triangles_and_the_starts_of_rays() {
     place.finish(1.5);
     bound.finish(12.0);
     start.finish(2.0);
+    distance.finish(1.0);
+    shares.finish(0.5);
+}
+
+/// Lines through a point of a sphere, from anywhere, meet it there.
+#[test]
+fn lines_and_spheres() {
+    let mut dice = Dice::new(15);
+    let mut worst = Worst::of("where a line meets a sphere");
+    for _ in 0..TRIES {
+        let radius = dice.magnitude(1e-6, 1e6) as f32;
+        let center = (dice.anywhere() * f64::from(radius) * dice.magnitude(1e-3, 1e3)).as_vec3();
+        let sphere = Sphere { center, radius, flipped: false };
+        let (r, c) = (f64::from(radius), center.as_dvec3());
+        let n = dice.anywhere();
+        let origin = c + dice.anywhere() * r * dice.magnitude(1e-3, 1e6);
+        let direction = c + n * r - origin;
+        let length2 = direction.length_squared();
+        let cos = n.dot(direction).abs() / length2.sqrt();
+        if cos < 1e-6 {
+            continue;
+        }
+        let roots = sphere.meetings(origin, direction, 1.0 / length2);
+        let nearest = roots.into_iter().min_by(|a, b| (a - 1.0).abs().total_cmp(&(b - 1.0).abs())).unwrap();
+        // What rounds the origin about the centre, over how steeply the line meets the sphere.
+        let steps = ((origin - c).length() + c.length() + r) / (length2.sqrt() * cos);
+        worst.add_in(nearest, 1.0, double(1.0) * steps, || format!("cos {cos:e}, {:e} radii away", length2.sqrt() / r));
+    }
+    worst.finish(6.0);
 }
 
 #[test]
