@@ -136,10 +136,7 @@ impl<'r> BlockFilm<'r> {
         let first_pixel = band * TILE as usize * width;
         for splat in self.splats.band(band) {
             let i = (splat.pixel as usize - first_pixel) * stride + splat.layer as usize * 3;
-            let sum = |sum: f64, value: f32| {
-                fault!("sums_in_single_precision", sum + value as f64, (sum as f32 + value) as f64)
-            };
-            (0..3).for_each(|c| rows[i + c] = sum(rows[i + c], splat.value[c]));
+            (0..3).for_each(|c| rows[i + c] = added(rows[i + c], splat.value[c]));
         }
     }
 }
@@ -153,10 +150,7 @@ impl BlockFilm<'_> {
             let i = (pixel * self.request.film_layers() + layer) * 3;
             for (sums, value) in self.sums[i..i + 3 * N].chunks_exact_mut(3).zip(values) {
                 let value = value.to_array();
-                let sum = |sum: f64, value: f32| {
-                    fault!("sums_in_single_precision", sum + value as f64, (sum as f32 + value) as f64)
-                };
-                (0..3).for_each(|c| sums[c] = sum(sums[c], value[c]));
+                (0..3).for_each(|c| sums[c] = added(sums[c], value[c]));
             }
             return;
         }
@@ -293,6 +287,12 @@ impl PixelSink for BlockFilm<'_> {
         self.weight = weight * share;
         self.share = share;
     }
+}
+
+/// A sum and what one sample adds to it.
+#[inline]
+fn added(sum: f64, value: f32) -> f64 {
+    fault!("sums_in_single_precision", sum + value as f64, (sum as f32 + value) as f64)
 }
 
 #[cfg(test)]

@@ -40,7 +40,7 @@ pub fn parse_settings<E: Serialize + DeserializeOwned + Default>(
 
 /// What serde says of a value of the wrong kind, in words that are not Rust's: "invalid type: string "x", expected u32" becomes
 /// "string "x", where a whole number is needed".
-pub fn in_plain_words(message: &str) -> String {
+fn in_plain_words(message: &str) -> String {
     const KINDS: [(&str, &str); 13] = [
         ("a nonzero u32", "a whole number of at least 1"),
         ("a nonzero u16", "a whole number of at least 1"),
