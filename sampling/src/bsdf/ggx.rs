@@ -90,9 +90,8 @@ impl Ggx {
         let w = vec3(self.alpha_x * wo.x, self.alpha_y * wo.y, wo.z).normalize();
         let (sin_phi, cos_phi) = sin_cos_turns(u.x);
         let height = (1.0 - u.y) * (1.0 + w.z);
-        let depth = u.y * (1.0 + w.z);
-        // sin²θ = (1 − z)(1 + z) with z = height − w.z, both factors free of cancellation.
-        let sin = (depth * (height + (1.0 - w.z))).sqrt();
+        // sin²θ = (1 − z)(1 + z) with z = height − w.z and (1 − w.z)(1 + w.z) = w.x² + w.y²: nothing is subtracted.
+        let sin = (u.y * (height * (1.0 + w.z) + (w.x * w.x + w.y * w.y))).sqrt();
         // z + w.z = height > 0, so the half vector is never zero.
         let half = vec3(sin * cos_phi + w.x, sin * sin_phi + w.y, height);
         vec3(self.alpha_x * half.x, self.alpha_y * half.y, half.z).normalize()
