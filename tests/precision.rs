@@ -3,10 +3,13 @@
 //! What a routine is given is exact: the formula gets the same numbers in `f64`. So its error is its own, and that of what it is given,
 //! however large, is not counted. `-- --nocapture precision` prints the worst of each with where it is.
 
+mod facets;
 mod geometry;
+mod refraction;
 mod scattering;
 mod statistics;
 
+use glam::DVec3;
 use sampling::rng::{Stream, mix};
 
 /// How many numbers a routine is tried with.
@@ -63,6 +66,14 @@ fn double(x: f64) -> f64 {
     x.next_up() - x
 }
 
+/// How far a value moves where a direction does by half a unit in the last place of 1, or a whole one, along each of the axes.
+fn moved(w: DVec3, value: impl Fn(DVec3) -> f64) -> f64 {
+    let exact = value(w);
+    let steps = [-1.0, -0.5, 0.5, 1.0].map(|units| units * f64::from(f32::EPSILON));
+    let along = |axis: DVec3| steps.iter().map(|step| (value(w + step * axis) - exact).abs()).fold(0.0, f64::max);
+    DVec3::AXES.into_iter().map(along).sum()
+}
+
 /// Random numbers.
 struct Dice(Stream);
 
@@ -88,6 +99,24 @@ impl Dice {
             _ => self.unit(),
         };
         (x as f32).clamp(1e-7, 1.0)
+    }
+
+    /// The width of a lobe, often the least or the greatest.
+    fn width(&mut self, least: f64) -> f32 {
+        match self.unit() {
+            kind if kind < 0.1 => least as f32,
+            kind if kind < 0.2 => 1.0,
+            _ => self.magnitude(least, 1.0) as f32,
+        }
+    }
+
+    /// A random number as samplers draw them, of which some are the least or the greatest.
+    fn number(&mut self) -> f32 {
+        match self.unit() {
+            kind if kind < 0.05 => 0.0,
+            kind if kind < 0.1 => 1.0_f32.next_down(),
+            _ => self.share().min(1.0_f32.next_down()),
+        }
     }
 
     /// A direction above the surface with such a cosine.

@@ -12,7 +12,7 @@ use statrs::function::erf::erfc;
 use super::{Dice, TRIES, Worst};
 
 /// Fresnel's equations as they are printed, with the share that is transmitted from the amplitudes of its own.
-fn dielectric(cos: f64, eta: f64) -> Option<(f64, f64)> {
+pub(super) fn dielectric(cos: f64, eta: f64) -> Option<(f64, f64)> {
     let sin2 = (1.0 - cos) * (1.0 + cos);
     let cos_t2 = 1.0 - sin2 / (eta * eta);
     if cos_t2 <= 0.0 {
@@ -82,7 +82,7 @@ fn fresnel_of_conductors() {
 }
 
 /// wo, wi and their half vector, of which wi is often that of a mirror but for a few widths of a narrow lobe.
-fn pair(dice: &mut Dice, alpha: f64) -> Option<(Vec3, Vec3, DVec3)> {
+pub(super) fn pair(dice: &mut Dice, alpha: f64) -> Option<(Vec3, Vec3, DVec3)> {
     let wo = dice.direction();
     let off = alpha * dice.magnitude(1e-3, 4.0);
     let m = (DVec3::Z + off * dice.anywhere()).normalize();
