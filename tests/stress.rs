@@ -13,6 +13,7 @@
 
 mod lamps;
 mod materials;
+mod methods;
 mod places;
 mod shapes;
 
@@ -54,7 +55,7 @@ fn furnace(name: &str, size: u32) -> SceneBuilder {
     builder
 }
 
-/// Compares the image means of all orders of a uniform enclosure, whatever else it is, with ρᵏ e. Order 0 of what traces from the camera
+/// Compares the image means of all orders of a uniform enclosure, whatever else it is, with ρᵏ e. Order 0 of what traces from the camera alone
 /// is certain; what remains may be so precise that little is known of its distribution.
 fn is_a_furnace(
     family: &mut Family,
@@ -73,7 +74,8 @@ fn is_a_furnace(
         let rendered = measure(scene, plain(name).as_ref(), &format!("{label} {name}"), budget);
         for layer in 0..rendered.measurement.layers.len() {
             let exact = f64::from(emitted) * f64::from(albedo).powi(layer as i32);
-            let add = if layer == 0 && *name != "light" && *name != "bdpt" { Family::image } else { Family::block };
+            let certain = layer == 0 && ["direct", "path", "guided"].contains(name);
+            let add = if certain { Family::image } else { Family::block };
             add(family, format!("{label}, {name}, order {layer}"), rendered.image(layer), Estimate::exact(exact));
         }
     }

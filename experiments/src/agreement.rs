@@ -5,8 +5,8 @@
 //! [`DISCOVERY_RATE`] [Benjamini & Hochberg 1995]; where all methods agree, that is the probability of any false alarm in a family.
 //! Light that a method cannot carry is no disagreement: where one of a pair loses some path class of the order, the pair is
 //! marked [`Verdict::Incomparable`] and takes no part; nor do pairs of which one is biased, [`Verdict::Biased`]. Their means stand beside
-//! those of the others. Where one of a pair found no light at all and the other did, nothing is decided: what it has not met once may be
-//! rare, and says nothing of how rare. The same holds of single paths that are rare and bring much, which a method meets by chance
+//! those of the others. Where one of a pair found no light at all and the other did, nothing is decided, and the pair takes no part either: what it
+//! has not met once may be rare, and says nothing of how rare. The same holds of single paths that are rare and bring much, which a method meets by chance
 //! alone: see [`path_class::largest_hit`](crate::path_class::largest_hit).
 
 use crate::path_class::carries;
@@ -106,6 +106,8 @@ impl<'a> Comparison<'a> {
         let apart = match [&a, &b] {
             both if !both.iter().all(carry) => Some(Verdict::Incomparable),
             both if both.iter().any(|m| m.of.bias != Bias::None) => Some(Verdict::Biased),
+            // Among the discoveries of a family it would let others pass for some.
+            _ if !seen => Some(Verdict::Inconclusive),
             _ => None,
         };
         Self { a, b, layer, apart, seen, image, blocks, unraised_p }
@@ -178,7 +180,6 @@ impl<'a> Comparison<'a> {
         row.rejected = blocks_adjusted.iter().filter(|&&p| p <= DISCOVERY_RATE).count();
         row.smallest_adjusted_p = blocks_adjusted.iter().copied().fold(1.0, f64::min);
         row.verdict = match () {
-            () if !self.seen => Verdict::Inconclusive,
             () if row.rejected > 0 || image_adjusted <= DISCOVERY_RATE => Verdict::Differ,
             () if self.image.exact && self.blocks.iter().all(|test| test.exact) => Verdict::Equal,
             () if self.is_open() || self.unraised_p < level => Verdict::Inconclusive,

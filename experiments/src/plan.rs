@@ -14,7 +14,7 @@ use integrators::{
 };
 use sampling::sampler::SamplerKind;
 use scenes::{LoadOptions, Scene, Skip};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What will be run.
 pub struct Plan {
@@ -275,10 +275,17 @@ fn planned_scenes(source: &Source, experiment: &Experiment) -> Result<Vec<Planne
         None => vec![None],
     };
     let mut planned: Vec<PlannedScene> = Vec::new();
-    for name in &experiment.scenes {
+    for (i, name) in experiment.scenes.iter().enumerate() {
         let path = source.scene(name);
         for &size in &sizes {
-            let scene = scenes::load(&path, &LoadOptions { size, skip: Skip::Unneeded })?;
+            let scene = scenes::load(&path, &LoadOptions { size, skip: Skip::Unneeded }).map_err(|error| {
+                // What is wrong in a scene's file is told of that, and what names no scene of the experiment.
+                if Path::new(&path).exists() {
+                    error.into()
+                } else {
+                    source.blame(&format!("scenes.{i}"), error.to_string())
+                }
+            })?;
             let name = match size.filter(|_| sizes.len() > 1) {
                 Some((width, height)) => file_name(&format!("{}_{width}x{height}", scene.name)),
                 None => file_name(&scene.name),

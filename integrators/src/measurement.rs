@@ -9,7 +9,7 @@ use sampling::tail::Variance;
 use serde::Serialize;
 
 /// One image of a measurement: an order of the Neumann series, or all orders beyond the last one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub enum Layer {
     /// Light scattered exactly this many times.
     Order(usize),

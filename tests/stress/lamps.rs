@@ -149,17 +149,24 @@ fn a_lamp_and_a_camera_inside_glass() {
     family.finish(0.9);
 }
 
+/// A furnace seen from this far from a wall, or from a corner.
+pub(super) fn seen_from_a_wall(distance: f64, corner: bool) -> Scene {
+    let eye = if corner { DVec3::splat(1.0 - distance) } else { dvec3(0.6, 0.5, 1.0 - distance) };
+    let mut builder = furnace("camera at a wall", 8);
+    // Away from the corner, where no ray looks beyond the walls.
+    builder.camera(camera(eye, eye - DVec3::ONE, 40.0, 8));
+    builder.build(Skip::Unneeded).unwrap()
+}
+
 /// A camera a millionth of the room from a wall, on it, and in a corner.
 #[test]
 fn a_camera_at_a_wall() {
     let mut family = Family::new("camera at a wall");
     for distance in [1e-3, 1e-6, 0.0] {
-        for (name, eye) in [("wall", dvec3(0.6, 0.5, 1.0 - distance)), ("corner", DVec3::splat(1.0 - distance))] {
-            let mut builder = furnace("camera at a wall", 8);
-            // Away from the corner, where no ray looks beyond the walls.
-            builder.camera(camera(eye, eye - DVec3::ONE, 40.0, 8));
-            let scene = builder.build(Skip::Unneeded).unwrap();
-            is_a_furnace(&mut family, &scene, &format!("{name} at {distance:e}"), &ALL, 16, (ALBEDO, EMITTED));
+        for (name, corner) in [("wall", false), ("corner", true)] {
+            let label = format!("{name} at {distance:e}");
+            let scene = seen_from_a_wall(distance, corner);
+            is_a_furnace(&mut family, &scene, &label, &ALL, 16, (ALBEDO, EMITTED));
         }
     }
     family.finish(0.9);

@@ -10,7 +10,7 @@ use sampling::sampler::{Role, SamplerKind};
 use scenes::{Scene, SceneBuilder, Skip};
 
 /// A uniform enclosure of another albedo.
-fn enclosure_of(albedo: f32, size: u32) -> Scene {
+pub(super) fn enclosure_of(albedo: f32, size: u32) -> Scene {
     let mut builder = SceneBuilder::new("enclosure");
     let wall = builder.material(lambert(albedo));
     enclosure(&mut builder, wall, EMITTED);

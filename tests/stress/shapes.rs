@@ -11,7 +11,7 @@ use scenes::{MeshData, Ray, Scene, SceneBuilder, Skip};
 use std::f64::consts::TAU;
 
 /// An enclosure whose walls are fans of slivers: a thousand triangles each from one corner, along which rays may slip out.
-fn walls_of_slivers(slivers: u32) -> Scene {
+pub(super) fn walls_of_slivers(slivers: u32) -> Scene {
     let mut builder = SceneBuilder::new("slivers");
     let wall = builder.material(lambert(ALBEDO));
     let (x, y, z) = (DVec3::X * 2.0, DVec3::Y * 2.0, DVec3::Z * 2.0);
@@ -110,6 +110,24 @@ fn normals_opposite_to_the_winding() {
     }
 }
 
+/// A ball of this radius, seen from so far outside its surface, or inside, in a ball `around` which shines alike; where it is made of what the
+/// walls are, it shines as they do.
+pub(super) fn ball_in_a_furnace(radius: f64, distance: f64, around: f64, material: Option<Bsdf>) -> Scene {
+    let mut builder = SceneBuilder::new("ball");
+    let wall = builder.material(lambert(ALBEDO));
+    let centre = dvec3(0.0, 0.0, -(radius + distance));
+    let around = builder.sphere(centre, around, wall);
+    builder.flip(around);
+    builder.emit(around, shining(EMITTED));
+    let surface = material.map_or(wall, |bsdf| builder.material(bsdf));
+    let ball = builder.sphere(centre, radius, surface);
+    if material.is_none() {
+        builder.emit(ball, scenes::Emission { two_sided: true, ..shining(EMITTED) });
+    }
+    builder.camera(camera(DVec3::ZERO, dvec3(0.02, 0.01, -1.0) * radius, 90.0, 8));
+    builder.build(Skip::Unneeded).unwrap()
+}
+
 /// Balls from a millionth to a million times the distance of who looks at them, from outside, from inside and from their surface, in an
 /// enclosure that shines alike: matte ones that shine as it does, and mirrors and glass, which show it.
 #[test]
@@ -117,19 +135,8 @@ fn balls_of_every_size() {
     let mut family = Family::new("balls");
     for exponent in [-6, -3, 0, 3, 6] {
         let radius = 10f64.powi(exponent);
-        for (place, from_surface) in [("far outside", 1.0), ("at its surface", 1e-5), ("inside", -0.3)] {
-            // The camera is this far from the surface, and the enclosure a ball around both.
-            let distance = if place == "inside" { from_surface * radius } else { from_surface };
-            let mut builder = SceneBuilder::new("ball");
-            let wall = builder.material(lambert(ALBEDO));
-            let centre = dvec3(0.0, 0.0, -(radius + distance));
-            let around = builder.sphere(centre, 2.0 * (radius + distance.abs()) + 1.0, wall);
-            builder.flip(around);
-            builder.emit(around, shining(EMITTED));
-            let ball = builder.sphere(centre, radius, wall);
-            builder.emit(ball, scenes::Emission { two_sided: true, ..shining(EMITTED) });
-            builder.camera(camera(DVec3::ZERO, dvec3(0.02, 0.01, -1.0), 90.0, 8));
-            let scene = builder.build(Skip::Unneeded).unwrap();
+        for (place, distance) in [("far outside", 1.0), ("at its surface", 1e-5), ("inside", -0.3 * radius)] {
+            let scene = ball_in_a_furnace(radius, distance, 2.0 * (radius + distance.abs()) + 1.0, None);
             let label = format!("ball of 1e{exponent}, {place}");
             is_a_furnace(&mut family, &scene, &label, &["direct", "path", "bdpt"], 8, (ALBEDO, EMITTED));
         }
@@ -137,21 +144,10 @@ fn balls_of_every_size() {
     for exponent in [-3, 0, 3] {
         let radius = 10f64.powi(exponent);
         let mirror = Bsdf::from(Mirror { reflectance: Spectrum::ONE });
-        for (name, material, inside) in [
-            ("mirror", mirror, false),
-            ("glass", Dielectric { eta: 1.5 }.into(), false),
-            ("glass", Dielectric { eta: 1.5 }.into(), true),
-        ] {
+        let glass = Bsdf::from(Dielectric { eta: 1.5 });
+        for (name, material, inside) in [("mirror", mirror, false), ("glass", glass, false), ("glass", glass, true)] {
             let distance = if inside { -0.3 * radius } else { 0.3 * radius };
-            let mut builder = SceneBuilder::new("ball");
-            let [wall, material] = [lambert(ALBEDO), material].map(|bsdf| builder.material(bsdf));
-            let centre = dvec3(0.0, 0.0, -(radius + distance));
-            let around = builder.sphere(centre, 3.0 * radius, wall);
-            builder.flip(around);
-            builder.emit(around, shining(EMITTED));
-            builder.sphere(centre, radius, material);
-            builder.camera(camera(DVec3::ZERO, dvec3(0.02, 0.01, -1.0) * radius, 90.0, 8));
-            let scene = builder.build(Skip::Unneeded).unwrap();
+            let scene = ball_in_a_furnace(radius, distance, 3.0 * radius, Some(material));
             // Radiance in glass is n² times as large.
             let exact = if inside { 2.25 * EQUILIBRIUM } else { EQUILIBRIUM };
             is_in_equilibrium(&mut family, &scene, &format!("{name} of 1e{exponent}, inside: {inside}"), 32, exact);

@@ -156,6 +156,30 @@ fn nothing_against_something_decides_nothing_unless_nothing_is_the_truth() {
     assert_eq!(verdict(&results), Verdict::Differ);
 }
 
+/// Pairs of which one found no light are no discoveries, in whose company less would do to be one.
+#[test]
+fn what_found_nothing_does_not_loosen_the_test_of_others() {
+    let [mut a, mut b] = results(1.0, 0);
+    let wave = |i: usize| 1.0 + 0.01 * (1.7 * i as f64).sin();
+    let mut pair = |shift: f64| {
+        for (result, shift, first) in [(&mut a, 0.0, 0), (&mut b, shift, 100)] {
+            let means = result.measurement.replicate_means.iter_mut().enumerate();
+            means.for_each(|(i, means)| means[1] = [wave(first + i) + shift; 3]);
+        }
+        [a.clone(), b.clone()]
+    };
+    let [_, dark] = results(0.0, 32);
+    let row =
+        |[a, b]: &[MethodResult; 2], others: &[&MethodResult]| compare(&[&[a, b], others].concat()).swap_remove(1);
+    let shifts = (0..200).map(|i| 1e-4 * f64::from(i));
+    // Too little to be found among two tests, but enough if there were discoveries beside it.
+    let near = shifts.map(&mut pair).find(|pair| row(pair, &[]).p < 0.0075).unwrap();
+    let alone = row(&near, &[]);
+    assert!(alone.p > 0.005 && alone.verdict == Verdict::Agree, "{alone:?}");
+    let beside = row(&near, &[&dark]);
+    assert_eq!((beside.verdict, beside.p), (Verdict::Agree, alone.p), "{beside:?}");
+}
+
 /// Who lacks light may lack paths that are rare and bring much, if there are such paths in the method that has less of it.
 #[test]
 fn what_may_be_paths_not_met_yet_decides_nothing() {

@@ -1,8 +1,8 @@
 //! What can be typed after each command.
 
 use super::parse::{
-    MaxOrder, parse_count, parse_crop, parse_max_order, parse_measured_order, parse_order, parse_pair, parse_part,
-    parse_seconds, parse_size, parse_threads,
+    MaxOrder, at_least, parse_count, parse_crop, parse_max_order, parse_measured_order, parse_order, parse_pair,
+    parse_part, parse_seconds, parse_seed, parse_size, parse_threads,
 };
 use crate::config::Until;
 use crate::export::exr::LayerSelection;
@@ -21,17 +21,17 @@ pub struct ChangeArgs {
     #[arg(long, value_name = "S", allow_negative_numbers = true, conflicts_with = "spp")]
     pub seconds: Option<f64>,
     /// Samples per pixel, over all replicates.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = at_least::<1>)]
     pub spp: Option<u32>,
     /// Independent images that share the samples.
-    #[arg(long, value_name = "R", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "R", allow_negative_numbers = true, value_parser = at_least::<1>)]
     pub replicates: Option<u32>,
     /// Add replicates until a bound is small enough: relative_error=0.01 or detectable_bias=0.003, of the sum of all orders, or with
     /// order=all or a number behind a comma.
     #[arg(long, value_name = "TARGET")]
     pub until: Option<Until>,
     /// The most samples per pixel that --until may take; --seconds is another limit.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = at_least::<1>)]
     pub max_spp: Option<u32>,
     /// Judge images by this reference, which an experiment with a section [reference] wrote.
     #[arg(long, value_name = "FILE.exr")]
@@ -43,7 +43,7 @@ pub struct ChangeArgs {
     #[arg(long, value_name = "K", allow_negative_numbers = true)]
     pub max_order: Option<usize>,
     /// Seed of all random numbers.
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seed)]
     pub seed: Option<u64>,
     /// Where random numbers come from (see `neumann list samplers`).
     #[arg(long, value_name = "NAME")]
@@ -99,7 +99,7 @@ pub struct ImageArgs {
     #[arg(long, short = 'i', value_name = "METHOD", default_value = "path")]
     pub method: String,
     /// Samples per pixel, over all replicates [default: 64].
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = at_least::<1>)]
     pub spp: Option<u32>,
     /// Last order traced one by one [default: the scene's, usually 8]; auto for as many as it takes to leave out no more than --tail.
     #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = parse_max_order)]
@@ -114,10 +114,10 @@ pub struct ImageArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
     /// Seed of all random numbers.
-    #[arg(long, value_name = "S", allow_negative_numbers = true, default_value_t = 0)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seed, default_value_t = 0)]
     pub seed: u64,
     /// Independent images that share the samples: two or more give variances.
-    #[arg(long, value_name = "R", allow_negative_numbers = true, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "R", allow_negative_numbers = true, default_value_t = 4, value_parser = at_least::<1>)]
     pub replicates: u32,
     /// How a pixel weights the light around it (see `neumann list filters`) [default: the scene's, usually box].
     #[arg(long, value_name = "NAME")]
@@ -199,13 +199,13 @@ pub struct VerifyArgs {
     /// A built-in scene's name or a file [default: all built-in scenes].
     pub scene: Option<String>,
     /// Samples per pixel of each method, over all replicates.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 256, value_parser = at_least::<1>)]
     pub spp: u32,
     /// Seconds for each method, instead of samples.
     #[arg(long, value_name = "S", allow_negative_numbers = true, conflicts_with = "spp")]
     pub seconds: Option<f64>,
     /// Independent images that share the samples.
-    #[arg(long, value_name = "R", allow_negative_numbers = true, default_value_t = 16, value_parser = clap::value_parser!(u32).range(2..))]
+    #[arg(long, value_name = "R", allow_negative_numbers = true, default_value_t = 16, value_parser = at_least::<2>)]
     pub replicates: u32,
     /// Last order compared [default: the scene's, usually 8].
     #[arg(long, value_name = "K", allow_negative_numbers = true)]
@@ -214,7 +214,7 @@ pub struct VerifyArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
     /// Seed of all random numbers.
-    #[arg(long, value_name = "S", allow_negative_numbers = true, default_value_t = 0)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seed, default_value_t = 0)]
     pub seed: u64,
     /// Threads [default: all cores].
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = parse_threads)]
@@ -307,13 +307,13 @@ pub struct SpectrumArgs {
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value = "1e6", value_parser = parse_count)]
     pub paths: u64,
     /// Samples per pixel, for the image.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 64, value_parser = at_least::<1>)]
     pub spp: u32,
     /// Independent replicates that share walks and samples, 8 or more.
-    #[arg(long, value_name = "R", allow_negative_numbers = true, default_value_t = 16, value_parser = clap::value_parser!(u32).range(8..))]
+    #[arg(long, value_name = "R", allow_negative_numbers = true, default_value_t = 16, value_parser = at_least::<8>)]
     pub replicates: u32,
     /// Seed of all random numbers.
-    #[arg(long, value_name = "S", allow_negative_numbers = true, default_value_t = 0)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seed, default_value_t = 0)]
     pub seed: u64,
     /// Threads [default: all cores].
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = parse_threads)]
@@ -338,10 +338,10 @@ pub struct MeterArgs {
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value = "1e6", value_parser = parse_count)]
     pub paths: u64,
     /// Independent replicates that share them, 4 or more.
-    #[arg(long, value_name = "R", allow_negative_numbers = true, default_value_t = 16, value_parser = clap::value_parser!(u32).range(4..))]
+    #[arg(long, value_name = "R", allow_negative_numbers = true, default_value_t = 16, value_parser = at_least::<4>)]
     pub replicates: u32,
     /// Seed of all random numbers.
-    #[arg(long, value_name = "S", allow_negative_numbers = true, default_value_t = 0)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seed, default_value_t = 0)]
     pub seed: u64,
     /// Threads [default: all cores].
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = parse_threads)]

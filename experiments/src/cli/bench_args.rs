@@ -1,6 +1,6 @@
 //! What can be typed after `neumann bench`.
 
-use super::parse::{parse_count, parse_order, parse_size, parse_threads};
+use super::parse::{at_least, parse_count, parse_order, parse_seed, parse_size, parse_threads};
 use crate::settings::Assignment;
 use clap::{Args, Subcommand, ValueEnum};
 use std::path::PathBuf;
@@ -33,7 +33,7 @@ pub enum BenchKind {
         #[arg(long, value_name = "N", allow_negative_numbers = true, default_value = "1e7", value_parser = parse_count)]
         rays: u64,
         /// Seed of all random numbers.
-        #[arg(long, value_name = "S", allow_negative_numbers = true, default_value_t = 0)]
+        #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seed, default_value_t = 0)]
         seed: u64,
     },
     /// Processor time of a sample on one thread, by scene and method.
@@ -75,10 +75,10 @@ pub struct MeasuredArgs {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<Assignment>,
     /// Seed of all random numbers.
-    #[arg(long, value_name = "S", allow_negative_numbers = true, default_value_t = 0)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seed, default_value_t = 0)]
     pub seed: u64,
     /// How often each is measured, in turn with the others.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 9, value_parser = at_least::<1>)]
     pub rounds: u32,
     /// As JSON.
     #[arg(long)]
@@ -98,7 +98,7 @@ pub struct SamplesArgs {
     #[arg(long, value_name = "WxH", default_value = "64x64", value_parser = parse_size)]
     pub size: (u32, u32),
     /// Samples per pixel in each round.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 4, value_parser = at_least::<1>)]
     pub spp: u32,
 }
 
@@ -151,7 +151,7 @@ pub struct StartArgs {
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value = "1e6", value_parser = parse_count)]
     pub triangles: u64,
     /// How often each is started, in turn with the others.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 5, value_parser = at_least::<1>)]
     pub rounds: u32,
     /// As JSON.
     #[arg(long)]
@@ -182,13 +182,13 @@ pub struct ErrorArgs {
     #[arg(long, value_name = "WxH", default_value = "64x64", value_parser = parse_size)]
     pub size: (u32, u32),
     /// The most samples per pixel of an image; those before are halves, quarters and so on.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 64, value_parser = clap::value_parser!(u32).range(2..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 64, value_parser = at_least::<2>)]
     pub spp: u32,
     /// The method that renders the reference.
     #[arg(long, value_name = "METHOD", default_value = "bdpt")]
     pub reference: String,
     /// Samples per pixel of the reference.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 4096, value_parser = clap::value_parser!(u32).range(2..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 4096, value_parser = at_least::<2>)]
     pub reference_spp: u32,
     /// Folder of the plots and of error.json.
     #[arg(long, short, value_name = "DIR", default_value = "results/bench")]

@@ -73,6 +73,18 @@ pub fn parse_pair<T: std::str::FromStr>(text: &str) -> Result<(T, T), String> {
     parts.ok_or_else(|| "give two whole numbers with a comma between them, for example 12,40".to_owned())
 }
 
+/// How many samples, replicates, rounds and the like.
+pub fn at_least<const LEAST: u32>(text: &str) -> Result<u32, String> {
+    match text.parse() {
+        Ok(count) if count >= LEAST => Ok(count),
+        _ => Err(format!("give a whole number from {LEAST} to {}, in digits", u32::MAX)),
+    }
+}
+
+pub fn parse_seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("give a whole number from 0 to {}, in digits", u64::MAX))
+}
+
 /// A number of things, such as 1000 or 1e9.
 pub fn parse_count(text: &str) -> Result<u64, String> {
     match text.parse::<f64>() {

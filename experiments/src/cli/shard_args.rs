@@ -1,7 +1,7 @@
 //! What can be typed after the commands that divide an experiment.
 
 use super::args::ChangeArgs;
-use super::parse::parse_threads;
+use super::parse::{at_least, parse_threads};
 use crate::shards::engines::Engine;
 use clap::Args;
 use std::path::PathBuf;
@@ -12,7 +12,7 @@ pub struct PlanArgs {
     /// An experiment's name (see `neumann list experiments`) or a .toml file.
     pub experiment: String,
     /// How many shards.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = at_least::<1>)]
     pub shards: u32,
     /// Folder of plan, shards and results [default: results/EXPERIMENT].
     #[arg(long, short, value_name = "DIR")]
@@ -56,7 +56,7 @@ pub struct SubmitArgs {
     #[arg(long, value_name = "ENGINE")]
     pub engine: Engine,
     /// How many shards, where there is no plan yet.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = at_least::<1>)]
     pub shards: Option<u32>,
     /// Folder of plan, shards and results [default: results/EXPERIMENT].
     #[arg(long, short, value_name = "DIR")]
@@ -77,7 +77,7 @@ pub struct SubmitArgs {
     #[arg(long, value_name = "LIST")]
     pub hosts: Option<String>,
     /// Shards at once, for parallel on each host [default: 1], for kubernetes of all [default: all].
-    #[arg(long, value_name = "J", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "J", value_parser = at_least::<1>)]
     pub jobs: Option<u32>,
     /// The image of Kubernetes' containers, which holds the program.
     #[arg(long, value_name = "NAME")]

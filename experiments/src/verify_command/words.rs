@@ -64,6 +64,9 @@ fn unseen_in_words(rows: &[AgreementRow]) -> String {
 
 fn by_method(cases: &[(&str, Layer)], found: &str, why: &str) -> String {
     let mut orders_of: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    let mut cases = cases.to_vec();
+    cases.sort_by_key(|&(_, layer)| layer);
+    cases.dedup();
     for (method, order) in cases {
         let orders = orders_of.entry(method).or_default();
         if !orders.contains(&order.label()) {
@@ -84,16 +87,20 @@ fn agreement_in_words(rows: &[AgreementRow]) -> String {
             layers.push(row.order);
         }
     });
-    let (mut tested, mut open, mut most) = (Vec::new(), Vec::new(), 0.0_f64);
+    let (mut tested, mut open, mut dark, mut most) = (Vec::new(), Vec::new(), Vec::new(), 0.0_f64);
     for (i, &layer) in layers.iter().enumerate() {
         let of_layer = rows.iter().filter(|row| row.order == layer);
         let found = |row: &AgreementRow| match row.verdict {
             Verdict::Agree => Some(row.detectable_bias),
-            // Without any variance every bias is seen, and where there is no light, all there is.
+            // Without any variance every bias is seen.
             Verdict::Equal => Some(0.0),
             _ => None,
         };
-        match of_layer.filter_map(found).min_by(f64::total_cmp) {
+        if of_layer.clone().all(|row| row.mean_a == 0.0 && row.mean_b == 0.0) {
+            dark.push(i);
+            continue;
+        }
+        match of_layer.filter(|row| row.mean_a != 0.0).filter_map(found).min_by(f64::total_cmp) {
             Some(bias) if bias.is_finite() => {
                 tested.push(i);
                 most = most.max(bias);
@@ -122,6 +129,9 @@ fn agreement_in_words(rows: &[AgreementRow]) -> String {
     if !open.is_empty() {
         text += &format!(" Nothing could be decided in {}.", named(&open));
     }
+    if !dark.is_empty() {
+        text += &format!(" No method found any light in {}.", named(&dark));
+    }
     text
 }
 
@@ -145,6 +155,10 @@ fn hidden_in_words(rows: &[AgreementRow], layers: &[Layer], found: f64) -> Strin
          make up for {size} of the mean."
     )
 }
+
+/// What stands in the table.
+const LEGEND: &str = "  the bias of an order's mean that would have been found nine times out of ten; ?: nothing decided yet; dark: neither found light; \
+                      —: not the same light; blank: not an order of both\n";
 
 /// A table for people to read: a row a pair, a column an order, in each the bias that would have been found.
 pub fn in_words(f: &Findings) -> String {
@@ -172,6 +186,7 @@ pub fn in_words(f: &Findings) -> String {
         }
         text += "\n";
     }
+    text += LEGEND;
     for (method, classes) in &f.missing_light {
         classes.iter().for_each(|class| text += &format!("  {method} cannot carry here: {class}\n"));
     }
@@ -187,7 +202,7 @@ pub fn in_words(f: &Findings) -> String {
 
 fn cell(pair: &Pair) -> String {
     match pair.verdict {
-        Verdict::Agree => pair.detectable_bias.map_or("—".to_owned(), |bias| format!("{:.2} %", 100.0 * bias)),
+        Verdict::Agree => pair.detectable_bias.map_or("?".to_owned(), |bias| format!("{:.2} %", 100.0 * bias)),
         Verdict::Equal if pair.mean_a == 0.0 => "dark".to_owned(),
         Verdict::Equal => "equal".to_owned(),
         Verdict::Differ => "DIFFER".to_owned(),
@@ -237,6 +252,10 @@ mod tests {
             text.contains("orders 0 to 2: in each, a bias of 1.00 %") && text.contains("decided in order 3"),
             "{text}"
         );
+        // What no method has found says nothing, and is told apart.
+        let dark = [AgreementRow { mean_a: 0.0, ..row(4, Verdict::Equal, f64::INFINITY, 0.0) }];
+        let text = sentence(&[&rows[..], &dark].concat(), &BTreeMap::new());
+        assert!(text.contains("orders 0 to 2: in each") && text.contains("any light in order 4."), "{text}");
         let equal = sentence(&rows[..1], &BTreeMap::new());
         assert!(equal.starts_with("No two methods differ in order 0: they gave the same values."), "{equal}");
         let open = sentence(&rows[4..], &BTreeMap::new());
