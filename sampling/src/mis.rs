@@ -127,9 +127,9 @@ impl FromStr for Heuristic {
             Some(_) => {
                 Err(format!("`{name}`: the exponent of the power heuristic must be a number above 0, as in power:1.5"))
             }
-            None => {
-                Err(format!("`{name}` is not an MIS heuristic; there are balance, power, power:EXPONENT and maximum"))
-            }
+            None => Err(format!(
+                "unknown heuristic `{name}`, expected one of `balance`, `power`, `power:EXPONENT`, `maximum`"
+            )),
         }
     }
 }

@@ -41,14 +41,26 @@ pub(crate) fn shown(word: &str) -> String {
     text.escape_debug().to_string().replace("\\'", "'")
 }
 
-/// The name of the file in the folder of `path` that is spelled most like its own, if any is.
-pub(crate) fn near_file(path: &Path) -> Option<String> {
-    let wanted = path.file_name()?.to_str()?;
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let entries = std::fs::read_dir(folder).ok()?.filter_map(Result::ok).filter(|entry| entry.path().is_file());
-    let mut names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
-    names.sort_unstable();
-    nearest(wanted, &names.iter().map(String::as_str).collect::<Vec<_>>()).map(str::to_owned)
+/// What may have been meant by the path of a file that is not there, as the beginning of a mend: "did you mean `box.obj`? ", or nothing.
+pub(crate) fn near_file(path: &Path) -> String {
+    near_path(path, Path::is_file)
+}
+
+/// The same for a folder.
+pub(crate) fn near_folder(path: &Path) -> String {
+    near_path(path, Path::is_dir)
+}
+
+fn near_path(path: &Path, is_such: fn(&Path) -> bool) -> String {
+    let near = || {
+        let wanted = path.file_name()?.to_str()?;
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let entries = std::fs::read_dir(folder).ok()?.filter_map(Result::ok).filter(|entry| is_such(&entry.path()));
+        let mut names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+        names.sort_unstable();
+        nearest(wanted, &names.iter().map(String::as_str).collect::<Vec<_>>()).map(str::to_owned)
+    };
+    near().map_or(String::new(), |near| format!("did you mean `{near}`? "))
 }
 
 #[cfg(test)]

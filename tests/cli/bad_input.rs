@@ -9,7 +9,7 @@ fn unknown_names_are_answered_with_the_nearest() {
     refused(&["render", "cornel_box"], &["cornel_box", "did you mean `cornell_box`"]);
     refused(&["render", "furnace", "-i", "bptd"], &["bptd", "did you mean `bdpt`"]);
     refused(&["render", "furnace", "-i", "bdpt", "--set", "miss=power"], &["miss", "did you mean `mis`"]);
-    refused(&["render", "furnace", "-i", "bdpt", "--set", "mis=powr"], &["mis", "powr", "power"]);
+    refused(&["render", "furnace", "-i", "bdpt", "--set", "mis=powr"], &["mis", "powr", "did you mean `power`"]);
     refused(&["render", "furnace", "-i", "bdpt", "--set", "path.mis=power"], &["path.mis", "bdpt.mis"]);
     refused(&["render", "furnace", "--sampler", "stratifed"], &["did you mean `stratified`"]);
     refused(&["render", "furnace", "--filter", "gausian"], &["did you mean `gaussian`"]);
@@ -25,7 +25,7 @@ fn unknown_names_are_answered_with_the_nearest() {
         &["number 2 is not finite or larger than 3.4e38"],
     );
     refused(&["bsdf"], &["MODEL"]);
-    refused(&["render", "furnace", "--layers", "order"], &["order", "orders"]);
+    refused(&["render", "furnace", "--layers", "order"], &["`order`", "`beauty`", "did you mean `orders`"]);
     refused(&["run", "comparsion"], &["did you mean `comparison`"]);
     refused(&["scene", "furnce"], &["did you mean `furnace`"]);
     refused(&["rendr", "furnace"], &["render"]);
@@ -40,8 +40,9 @@ fn unknown_names_are_answered_with_the_nearest() {
 fn impossible_values_are_refused_with_the_mend() {
     let folder = folder_with(&[]);
     let refused = |arguments: &[&str], words: &[&str]| refused(folder.path(), arguments, words);
-    refused(&["render", "furnace", "--spp", "0"], &["--spp"]);
-    refused(&["render", "furnace", "--replicates", "0"], &["--replicates"]);
+    refused(&["render", "furnace", "--spp", "0"], &["--spp", "from 1 to"]);
+    refused(&["render", "furnace", "--replicates", "0"], &["--replicates", "from 1 to"]);
+    refused(&["render", "furnace", "--seed", "-1"], &["--seed", "from 0 to"]);
     refused(&["render", "furnace", "--spp", "10"], &["4 replicates", "8 or 12 samples"]);
     refused(&["render", "furnace", "--size", "0x8"], &["--size", "at least 1"]);
     refused(&["render", "furnace", "--size", "8"], &["--size", "256x256"]);
@@ -112,7 +113,7 @@ fn faulty_experiment_files_are_named_with_the_line() {
     refused("broken.toml", &["broken.toml:"]);
     refused("spp.toml", &["spp.toml:2", "8 or 12 samples"]);
     refused("method.toml", &["method.toml:", "did you mean `bdpt`"]);
-    refused("scene.toml", &["did you mean `furnace`"]);
+    refused("scene.toml", &["scene.toml:1: ", "did you mean `furnace`"]);
     refused("zero.toml", &["zero.toml:5"]);
     refused("metric.toml", &["metric.toml:2: ", "did you mean `relmse`"]);
     refused("until.toml", &["until.toml:1: ", "give max_spp or seconds"]);

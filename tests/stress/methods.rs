@@ -19,20 +19,16 @@ fn rooms() -> impl Iterator<Item = (String, Scene, f32)> {
     seen.into_iter().chain(painted)
 }
 
-/// Those drawn out and flattened.
-fn distorted() -> impl Iterator<Item = (String, Scene, f32)> {
-    distorted_enclosures().map(|(label, scene)| (label.to_owned(), scene, ALBEDO))
-}
-
 /// What is unbiased finds every order of every furnace.
 #[test]
 fn what_learns_or_mutates_finds_furnaces() {
     let balls = [1e-6, 1e6].map(|radius| {
         (format!("ball of {radius:e}"), ball_in_a_furnace(radius, 1e-5, 2.0 * radius + 1.0, None), ALBEDO)
     });
+    let distorted = distorted_enclosures().map(|(label, scene)| (label.to_owned(), scene, ALBEDO));
     let slivers = [("slivers".to_owned(), walls_of_slivers(100), ALBEDO)];
     let mut family = Family::new("learning and mutating");
-    for (label, scene, albedo) in rooms().chain(distorted()).chain(balls).chain(slivers) {
+    for (label, scene, albedo) in rooms().chain(distorted).chain(balls).chain(slivers) {
         is_a_furnace(&mut family, &scene, &label, &["guided", "pssmlt", "mmlt"], 8, (albedo, EMITTED));
     }
     // Of the higher orders of what hardly reflects nothing is met.

@@ -85,7 +85,7 @@ fn pixels(scene: &Scene, brightness: f32, method: &dyn Integrator, sampler: Samp
 }
 
 /// Units of length are the user's: a power of two of them changes no bit of any image by any method and sampler. Nor does a power of
-/// two of the light. What learns, merges, mutates or solves has more places where a constant could stand.
+/// two of the light. What learns, merges or mutates has more places where a constant could stand.
 #[test]
 fn powers_of_two_change_no_bit() {
     let scaled = |k: i32| Place { scale: f64::from(k).exp2(), ..HOME };

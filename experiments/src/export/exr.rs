@@ -103,7 +103,11 @@ impl FromStr for LayerSelection {
                 "strategies" => selection.strategies = true,
                 "groups" => selection.groups = true,
                 "beauty" => {}
-                _ => return Err(format!("no layers are called `{word}`; there are {}", Self::NAMES.join(", "))),
+                _ => {
+                    let names = Self::NAMES.join("`, `");
+                    let unknown = format!("unknown layers `{word}`, expected one of `{names}`, `beauty`");
+                    return Err(integrators::with_nearest(&unknown));
+                }
             }
         }
         Ok(selection)

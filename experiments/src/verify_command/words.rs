@@ -66,7 +66,6 @@ fn by_method(cases: &[(&str, Layer)], found: &str, why: &str) -> String {
     let mut orders_of: BTreeMap<&str, Vec<String>> = BTreeMap::new();
     let mut cases = cases.to_vec();
     cases.sort_by_key(|&(_, layer)| layer);
-    cases.dedup();
     for (method, order) in cases {
         let orders = orders_of.entry(method).or_default();
         if !orders.contains(&order.label()) {

@@ -49,7 +49,7 @@ impl FromStr for Weighting {
         if name == VARIANCE_AWARE {
             return Ok(Self::VarianceAware);
         }
-        let heuristic = name.parse().map_err(|reason| format!("{reason}; and bdpt has {VARIANCE_AWARE}"))?;
+        let heuristic = name.parse().map_err(|reason| format!("{reason}, `{VARIANCE_AWARE}`"))?;
         Ok(Self::Heuristic(heuristic))
     }
 }
@@ -77,6 +77,6 @@ mod tests {
             assert_eq!(weighting.to_string().parse(), Ok(weighting));
         }
         let reason = "variance".parse::<Weighting>().unwrap_err();
-        assert!(reason.contains("maximum; and bdpt has variance_aware"), "{reason}");
+        assert!(reason.contains("`maximum`, `variance_aware`"), "{reason}");
     }
 }

@@ -19,11 +19,10 @@ impl Sink for PartsFilm<'_, '_> {
         film.place(&c, layer, [value]);
         let parts = film.request.parts();
         if let Some(strategy) = parts.strategy(c.technique) {
-            let raw = c.value;
             let scale = film.scale;
-            film.fireflies.iter_mut().for_each(|found| found.count(strategy + 1, size(raw) * scale));
+            film.fireflies.iter_mut().for_each(|found| found.count(strategy + 1, size(c.value) * scale));
             let weight = c.weight as f32;
-            film.place(&c, strategy, [value, raw, Spectrum::new(weight, 1.0, weight + 1.0)]);
+            film.place(&c, strategy, [value, c.value, Spectrum::new(weight, 1.0, weight + 1.0)]);
         }
         if let Some(merged) = parts.merged(c.technique) {
             film.place(&c, merged, [value]);

@@ -185,7 +185,7 @@ impl Reader<'_> {
         let path = folder.join(name);
         let attached = self.textures.attached(name);
         if attached.is_none() && !path.is_file() {
-            let near = near_file(&path).map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
+            let near = near_file(&path);
             let place = path.display();
             return Err(file.error(format!("there is no file {place}; {near}paths start at the scene file's folder")));
         }

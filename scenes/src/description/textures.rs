@@ -117,7 +117,7 @@ impl<'f> Textures<'f> {
 /// The bytes of a file, or what is wrong, with the nearest name in its folder.
 pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, String> {
     crate::file::read(path).map_err(|error| {
-        let near = near_file(path).map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
+        let near = near_file(path);
         format!("cannot read {}: {error}; {near}paths start at the scene file's folder", path.display())
     })
 }

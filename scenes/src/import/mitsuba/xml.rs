@@ -9,7 +9,7 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use crate::error::SceneError;
 use crate::import::translation::Place;
-use crate::suggest::{did_you_mean, near_file};
+use crate::suggest::{did_you_mean, near_file, near_folder};
 
 /// How deep elements may be nested, included files within those that include them.
 const MAX_DEPTH: usize = 64;
@@ -242,7 +242,7 @@ impl Reader {
         let candidates = std::iter::once(own).chain(self.folders.iter().map(PathBuf::as_path));
         let Some(folder) = candidates.map(|folder| folder.join(value)).find(|folder| folder.is_dir()) else {
             let folder = own.join(value);
-            let near = near_file(&folder).map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
+            let near = near_folder(&folder);
             let message = format!("there is no folder {} to look for files in", folder.display());
             return Err(element.place.error(message, format!("{near}name one that is there, or take the `path` out")));
         };
@@ -271,7 +271,7 @@ impl Reader {
         let path = candidates.map(|folder| folder.join(name)).find(|path| path.is_file());
         let Some(path) = path else {
             let path = own.join(name);
-            let near = near_file(&path).map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
+            let near = near_file(&path);
             let message = format!("there is no file {} to include", path.display());
             return Err(element.place.error(message, format!("{near}paths start at the scene's folder")));
         };
