@@ -31,7 +31,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 # Orders 0 to 15, as Mitsuba counts.
 MAX_DEPTH = 16
-# The scattering from which Mitsuba's walks play roulette.
+# The scattering from which others' walks play roulette, as neumann's do.
 ROULETTE = 5
 WHITE, RED, GREEN = "0.725, 0.71, 0.68", "0.63, 0.065, 0.05", "0.14, 0.45, 0.091"
 
@@ -142,14 +142,12 @@ SCENES = {"cornell": cornell, "caustic": caustic, "indirect": indirect, "plates"
 class Neumann:
     """A method of neumann."""
 
-    def __init__(self, file, folder, method, sampler, settings=()):
-        self.name, self.is_other, self.squares = ", ".join([f"neumann {method}", sampler, *settings]), False, False
+    def __init__(self, file, folder, method, sampler):
+        self.name, self.is_other, self.squares = f"neumann {method}, {sampler}", False, False
         self.out, self.stats = folder / "image.exr", folder / "stats.json"
         program = str(ROOT / "target/release/neumann")
         self.command = [program, "render", str(file), "-i", method, "--sampler", sampler, "--max-order", str(MAX_DEPTH - 1), "--replicates", "1"]
         self.command += ["--layers", "beauty", "-q", "-o", str(self.out), "--stats", str(self.stats)]
-        for setting in settings:
-            self.command += ["--set", setting]
 
     def render(self, spp, seed):
         begun = time.perf_counter()
@@ -194,17 +192,23 @@ def samples_for(contender, seconds):
     return min(root * root, 1024) if contender.squares else max(16, 2 ** round(math.log2(spp)))
 
 
-def compare(name, args):
+def neumann_contenders(file, folder):
+    return [Neumann(file, folder, method, "sobol") for method in ("path", "light", "bdpt", "composite")]
+
+
+def contenders_of(file, folder, args):
+    return neumann_contenders(file, folder) + [Mitsuba(file, folder, integrator, args.variant, "multijitter") for integrator in ("path", "ptracer")]
+
+
+def compare(name, args, contenders_of):
+    """Renders a scene by contenders, of a function that makes them, and prints a table."""
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         file = Path(name)
         if name in SCENES:
             file = folder / f"{name}.xml"
             file.write_text(SCENES[name](args.size))
-        contenders = [Neumann(file, folder, method, "sobol") for method in ("path", "light", "bdpt", "composite")]
-        # Roulette as Mitsuba has it.
-        contenders.append(Neumann(file, folder, "path", "sobol", [f"roulette_start={ROULETTE}"]))
-        contenders += [Mitsuba(file, folder, integrator, args.variant, "multijitter") for integrator in ("path", "ptracer")]
+        contenders = contenders_of(file, folder, args)
         spp = [samples_for(contender, args.seconds) for contender in contenders]
         images, seconds = [[] for _ in contenders], [[] for _ in contenders]
         for seed in range(10, 10 + args.rounds):
@@ -242,19 +246,29 @@ def compare(name, args):
     return rows
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("scenes", nargs="*", default=list(SCENES), help="names of scenes, or files")
+def arguments(doc, scenes):
+    parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenes", nargs="*", default=scenes, help="names of scenes, or files")
     parser.add_argument("--rounds", type=int, default=6)
     parser.add_argument("--seconds", type=float, default=3.0)
     parser.add_argument("--size", type=int, default=256)
-    parser.add_argument("--variant", default="llvm_ad_rgb")
     parser.add_argument("--json", type=Path)
-    args = parser.parse_args()
-    mi.set_variant(args.variant)
-    rows = [row for name in args.scenes for row in compare(name, args)]
+    return parser
+
+
+def compare_all(args, contenders_of):
+    rows = [row for name in args.scenes for row in compare(name, args, contenders_of)]
     if args.json:
         args.json.write_text(json.dumps(rows, indent=1))
 
 
-main()
+def main():
+    parser = arguments(__doc__, list(SCENES))
+    parser.add_argument("--variant", default="llvm_ad_rgb")
+    args = parser.parse_args()
+    mi.set_variant(args.variant)
+    compare_all(args, contenders_of)
+
+
+if __name__ == "__main__":
+    main()

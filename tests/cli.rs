@@ -172,7 +172,7 @@ fn a_render_leaves_an_image_and_statistics_in_the_form_of_the_contract() {
     assert_eq!(sorted, expected);
     assert_eq!((s["width"].as_u64(), s["height"].as_u64(), s["spp"].as_u64()), (Some(8), Some(6), Some(8)));
     assert_eq!((s["method"].as_str(), s["settings"]["mis"].as_str()), (Some("bdpt"), Some("balance")));
-    assert_eq!((s["seed"].as_u64(), s["sampler"].as_str()), (Some(7), Some("independent")));
+    assert_eq!((s["seed"].as_u64(), s["sampler"].as_str()), (Some(7), Some("sobol")));
     let orders = s["orders"].as_array().unwrap();
     assert_eq!(
         orders.iter().map(|o| o["order"].clone()).collect::<Vec<_>>(),

@@ -6,7 +6,7 @@ use scenes::SceneError;
 use std::path::{Path, PathBuf};
 
 /// What helps where a file cannot be written.
-pub const NO_PLACE: &str = "make room there, or name a place where files can be written";
+pub const NO_PLACE: &str = "make room there, or name a folder that is there and can be written";
 
 /// An error in the words that the user reads: what, where, and how to mend it.
 #[derive(Debug, thiserror::Error)]

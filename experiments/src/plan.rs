@@ -13,7 +13,7 @@ use integrators::{
     Bias, Integrator, Methods, Orders, PartSettings, Render, RenderError, RenderSettings, Request, render,
 };
 use sampling::sampler::SamplerKind;
-use scenes::{LoadOptions, Scene, Skip};
+use scenes::{LoadOptions, Scene, SceneError, Skip};
 use std::path::{Path, PathBuf};
 
 /// What will be run.
@@ -278,14 +278,15 @@ fn planned_scenes(source: &Source, experiment: &Experiment) -> Result<Vec<Planne
     for (i, name) in experiment.scenes.iter().enumerate() {
         let path = source.scene(name);
         for &size in &sizes {
-            let scene = scenes::load(&path, &LoadOptions { size, skip: Skip::Unneeded }).map_err(|error| {
-                // What is wrong in a scene's file is told of that, and what names no scene of the experiment.
-                if Path::new(&path).exists() {
-                    error.into()
-                } else {
-                    source.blame(&format!("scenes.{i}"), error.to_string())
-                }
-            })?;
+            let scene =
+                scenes::load(&path, &LoadOptions { size, skip: Skip::Unneeded }).map_err(|error| match &error {
+                    // What is wrong in a scene's file is told of that, and what names no scene of the experiment.
+                    SceneError::Unknown { .. } => source.blame(&format!("scenes.{i}"), error.to_string()),
+                    SceneError::Unreadable { file, .. } if file == Path::new(&path) => {
+                        source.blame(&format!("scenes.{i}"), error.to_string())
+                    }
+                    _ => error.into(),
+                })?;
             let name = match size.filter(|_| sizes.len() > 1) {
                 Some((width, height)) => file_name(&format!("{}_{width}x{height}", scene.name)),
                 None => file_name(&scene.name),

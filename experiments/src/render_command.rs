@@ -96,6 +96,10 @@ impl Job {
             (None, spp) => Budget::samples(spp, replicates),
         };
         let budget = budget.map_err(Error::Usage)?;
+        if args.layers.variance && replicates < 2 {
+            let told = "variances are told by independent images; take --replicates 2 or more, or leave `variance` out of --layers";
+            return Err(Error::Usage(told.to_owned()));
+        }
         let Subject { scene, method, settings, seconds } = Subject::load(&args.image, methods)?;
         let output = output_path(args, &scene)?;
         let window = args.crop.clone().unwrap_or_else(|| Window::of(&scene));

@@ -60,7 +60,7 @@ impl Default for Path {
             strategy: Strategy::Mis,
             mis: Heuristic::POWER,
             roulette: CameraRoulette::Throughput,
-            roulette_start: 3,
+            roulette_start: 5,
             next_event_candidates: NonZeroU16::MIN,
             followed: Lobes::ALL,
             shadows: true,

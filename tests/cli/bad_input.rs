@@ -42,6 +42,7 @@ fn impossible_values_are_refused_with_the_mend() {
     let refused = |arguments: &[&str], words: &[&str]| refused(folder.path(), arguments, words);
     refused(&["render", "furnace", "--spp", "0"], &["--spp", "from 1 to"]);
     refused(&["render", "furnace", "--replicates", "0"], &["--replicates", "from 1 to"]);
+    refused(&["render", "furnace", "--layers", "variance", "--replicates", "1"], &["--replicates 2"]);
     refused(&["render", "furnace", "--seed", "-1"], &["--seed", "from 0 to"]);
     refused(&["render", "furnace", "--spp", "10"], &["4 replicates", "8 or 12 samples"]);
     refused(&["render", "furnace", "--size", "0x8"], &["--size", "at least 1"]);
@@ -129,7 +130,7 @@ fn outputs_that_cannot_be_written_are_refused_before_rendering() {
     // So many samples that the test would never end if rendering began.
     let render = ["render", "cornell_box", "--spp", "4000000000"];
     let refused = |rest: &[&str], words: &[&str]| refused(folder.path(), &[&render[..], rest].concat(), words);
-    refused(&["-o", "no/such/folder/a.exr"], &["no/such/folder/a.exr"]);
+    refused(&["-o", "no/such/folder/a.exr"], &["no/such/folder/a.exr", "a folder that is there"]);
     refused(&["-o", "folder.exr"], &["folder.exr", "folder"]);
     refused(&["-o", "file/a.exr"], &["file/a.exr"]);
     refused(&["-o", "a.png"], &["a.png", "a.exr"]);

@@ -1,13 +1,12 @@
-//! Normals that are seen, and the densities of what they reflect.
+//! Facets: how many face where, which are seen, and what they reflect.
 
 use std::f64::consts::{PI, TAU};
 
-use glam::{DVec2, DVec3, dvec2, vec2};
+use glam::{DVec2, DVec3, Vec3, dvec2, vec2};
 use sampling::Spectrum;
-use sampling::bsdf::{Beckmann, BsdfModel, Ggx, Lobes, Masking, Microfacets, RoughConductor, TransportMode};
+use sampling::bsdf::{Beckmann, BsdfModel, Ggx, Lobes, Masking, Microfacets, RoughConductor, TransportMode, Ward};
 use statrs::function::erf::erfc;
 
-use super::scattering::pair;
 use super::{Dice, TRIES, Worst, moved, single};
 
 const MODE: TransportMode = TransportMode::Radiance;
@@ -78,6 +77,32 @@ impl Published {
             }
         }
     }
+
+    /// What facets of one width reflect where they hide together [Heitz14, (99)]: D / (4 (σ(wo) cos θi + σ(wi) cos θo − cos θo cos θi)).
+    fn reflected(self, alpha: f64, [o, i]: [DVec3; 2], m: DVec3) -> f64 {
+        let widths = DVec2::splat(alpha);
+        self.d(widths, m) / (4.0 * (self.area(widths, o) * i.z + self.area(widths, i) * o.z - o.z * i.z))
+    }
+}
+
+/// wo, wi and their half vector, of which wi is often that of a mirror but for a few widths of a narrow lobe.
+fn pair(dice: &mut Dice, alpha: f64) -> Option<(Vec3, Vec3, DVec3)> {
+    let wo = dice.direction();
+    let off = alpha * dice.magnitude(1e-3, 4.0);
+    let m = (DVec3::Z + off * dice.anywhere()).normalize();
+    let o = wo.as_dvec3();
+    let wi = (2.0 * o.dot(m) * m - o).as_vec3();
+    if wi.z <= 1e-6 || wo.z <= 1e-6 {
+        return None;
+    }
+    let h = o + wi.as_dvec3();
+    (h.z > 0.0).then(|| (wo, wi, h.normalize()))
+}
+
+/// How far the value of a lobe moves, of itself, when a part in 2²⁴ of the half vector's components does: what any code has to
+/// bear that rounds a half vector to single precision, in ulp.
+fn condition(m: DVec3, alpha: f64) -> f64 {
+    1.0 + (m.x * m.x + m.y * m.y) / (m.z * m.z * alpha * alpha)
 }
 
 /// Of samples, what is returned with their directions against what is so at these.
@@ -137,4 +162,60 @@ fn projected_area_of_beckmann() {
         }
     }
     worst.finish(10.0);
+}
+
+#[test]
+fn lobes_of_ggx() {
+    let mut dice = Dice::new(3);
+    let [mut density, mut area, mut value] =
+        ["D of GGX", "projected area of GGX", "rough conductor of GGX, by condition"].map(Worst::of);
+    for _ in 0..TRIES {
+        let (ax, ay) = (dice.magnitude(1e-4, 1.0) as f32, dice.magnitude(1e-4, 1.0) as f32);
+        let (x, y) = (f64::from(ax), f64::from(ay));
+        let (ggx, w) = (Ggx::new(ax, ay), dice.direction());
+        let v = w.as_dvec3();
+        let at = || format!("{w}, widths {ax} and {ay}");
+        // Of a vector that is no unit vector exactly, as it is evaluated.
+        let q = (v.x / x).powi(2) + (v.y / y).powi(2) + v.z * v.z;
+        density.add(ggx.d(w), 1.0 / (PI * x * y * q * q), at);
+        area.add(ggx.area(w), Published::Ggx.area(dvec2(x, y), v), at);
+        let Some((wo, wi, m)) = pair(&mut dice, x) else { continue };
+        let exact = Published::Ggx.reflected(x, [wo, wi].map(|w| w.as_dvec3()), m);
+        let metal = RoughConductor::from_reflectance(Spectrum::ONE, ax, ax);
+        let found = metal.eval(wo, wi, Lobes::ALL, MODE).to_array()[0];
+        value.add_in(f64::from(found), exact, single(exact) * condition(m, x), || format!("{wo} to {wi}, width {ax}"));
+    }
+    density.finish(12.0);
+    area.finish(3.0);
+    value.finish(15.0);
+}
+
+#[test]
+fn lobes_of_beckmann() {
+    let mut dice = Dice::new(4);
+    let [mut value, mut ward] = ["rough conductor of Beckmann, by condition", "Ward, by condition"].map(Worst::of);
+    for _ in 0..TRIES {
+        let alpha = dice.magnitude(2e-4, 1.0) as f32;
+        let a = f64::from(alpha);
+        let Some((wo, wi, m)) = pair(&mut dice, a) else { continue };
+        // What is fainter is nothing.
+        if m.truncate().length() / m.z > 40.0_f64.sqrt() * a {
+            continue;
+        }
+        let at = || format!("{wo} to {wi}, width {alpha}");
+        let ends = [wo, wi].map(|w| w.as_dvec3());
+        let exact = Published::Beckmann.reflected(a, ends, m);
+        let metal = RoughConductor::with_facets(Spectrum::ZERO, Spectrum::ONE, Beckmann::new(alpha, alpha).into());
+        let found = metal.eval(wo, wi, Lobes::ALL, MODE).to_array()[0];
+        let bear = condition(m, a);
+        value.add_in(f64::from(found), exact, single(exact) * bear, at);
+        // The cosine at the facet, of which the product with `m` would know nothing where both graze: no unit vector is one exactly.
+        let o_m = 0.5 * (ends[0] + ends[1]).length();
+        let exact = Published::Beckmann.d(DVec2::splat(a), m) / (4.0 * o_m * o_m);
+        let glossy = Ward::new(Spectrum::ZERO, Spectrum::ONE, alpha, alpha);
+        let found = glossy.eval(wo, wi, Lobes::ALL, MODE).to_array()[0];
+        ward.add_in(f64::from(found), exact, single(exact) * bear, at);
+    }
+    value.finish(15.0);
+    ward.finish(15.0);
 }

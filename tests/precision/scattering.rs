@@ -1,13 +1,7 @@
-//! Interfaces and lobes.
+//! Interfaces.
 
-use std::f64::consts::PI;
-
-use glam::{DVec3, Vec3};
 use sampling::Spectrum;
-use sampling::bsdf::{
-    Beckmann, BsdfModel, Ggx, Lobes, RoughConductor, TransportMode, Ward, fresnel_conductor, fresnel_dielectric,
-};
-use statrs::function::erf::erfc;
+use sampling::bsdf::{fresnel_conductor, fresnel_dielectric};
 
 use super::{Dice, TRIES, Worst};
 
@@ -79,90 +73,4 @@ fn fresnel_of_conductors() {
         worst.add_in(f64::from(found), 0.5 * (s + p), unit, || format!("cos {cos:e}, {eta} + {k}i"));
     }
     worst.finish(3.0);
-}
-
-/// wo, wi and their half vector, of which wi is often that of a mirror but for a few widths of a narrow lobe.
-pub(super) fn pair(dice: &mut Dice, alpha: f64) -> Option<(Vec3, Vec3, DVec3)> {
-    let wo = dice.direction();
-    let off = alpha * dice.magnitude(1e-3, 4.0);
-    let m = (DVec3::Z + off * dice.anywhere()).normalize();
-    let o = wo.as_dvec3();
-    let wi = (2.0 * o.dot(m) * m - o).as_vec3();
-    if wi.z <= 1e-6 || wo.z <= 1e-6 {
-        return None;
-    }
-    let h = o + wi.as_dvec3();
-    (h.z > 0.0).then(|| (wo, wi, h.normalize()))
-}
-
-/// How far the value of a lobe moves, of itself, when a part in 2²⁴ of the half vector's components does: what any code has to
-/// bear that rounds a half vector to single precision, in ulp.
-fn condition(m: DVec3, alpha: f64) -> f64 {
-    1.0 + (m.x * m.x + m.y * m.y) / (m.z * m.z * alpha * alpha)
-}
-
-#[test]
-fn lobes_of_ggx() {
-    let mut dice = Dice::new(3);
-    let [mut density, mut area, mut value] =
-        ["D of GGX", "projected area of GGX", "rough conductor of GGX, by condition"].map(Worst::of);
-    for _ in 0..TRIES {
-        let (ax, ay) = (dice.magnitude(1e-4, 1.0) as f32, dice.magnitude(1e-4, 1.0) as f32);
-        let (x, y) = (f64::from(ax), f64::from(ay));
-        let (ggx, w) = (Ggx::new(ax, ay), dice.direction());
-        let v = w.as_dvec3();
-        let at = || format!("{w}, widths {ax} and {ay}");
-        let q = (v.x / x).powi(2) + (v.y / y).powi(2) + v.z * v.z;
-        density.add(ggx.d(w), 1.0 / (PI * x * y * q * q), at);
-        area.add(ggx.area(w), 0.5 * (v.z + ((x * v.x).powi(2) + (y * v.y).powi(2) + v.z * v.z).sqrt()), at);
-        let Some((wo, wi, m)) = pair(&mut dice, x) else { continue };
-        let lambda = |w: DVec3| 0.5 * ((x * w.truncate().length() / w.z).hypot(1.0) - 1.0);
-        let (o, i) = (wo.as_dvec3(), wi.as_dvec3());
-        let d = 1.0 / (PI * x * x * ((m.x * m.x + m.y * m.y) / (x * x) + m.z * m.z).powi(2));
-        let exact = d / (4.0 * o.z * i.z * (1.0 + lambda(o) + lambda(i)));
-        let metal = RoughConductor::from_reflectance(Spectrum::ONE, ax, ax);
-        let found = metal.eval(wo, wi, Lobes::ALL, TransportMode::Radiance).to_array()[0];
-        let unit = super::single(exact) * condition(m, x);
-        value.add_in(f64::from(found), exact, unit, || format!("{wo} to {wi}, width {ax}"));
-    }
-    density.finish(12.0);
-    area.finish(3.0);
-    value.finish(15.0);
-}
-
-#[test]
-fn lobes_of_beckmann() {
-    let mut dice = Dice::new(4);
-    let [mut value, mut ward] = ["rough conductor of Beckmann, by condition", "Ward, by condition"].map(Worst::of);
-    for _ in 0..TRIES {
-        let alpha = dice.magnitude(2e-4, 1.0) as f32;
-        let a = f64::from(alpha);
-        let Some((wo, wi, m)) = pair(&mut dice, a) else { continue };
-        let (o, i) = (wo.as_dvec3(), wi.as_dvec3());
-        let tan2 = (m.x * m.x + m.y * m.y) / (m.z * m.z);
-        // What is fainter is nothing.
-        if tan2 > 40.0 * a * a {
-            continue;
-        }
-        let d = (-tan2 / (a * a)).exp() / (PI * a * a * m.z.powi(4));
-        let lambda = |w: DVec3| {
-            let slope = w.z / (a * w.truncate().length());
-            (((-slope * slope).exp() / (slope * PI.sqrt())) - erfc(slope)) / 2.0
-        };
-        let at = || format!("{wo} to {wi}, width {alpha}");
-        let exact = d / (4.0 * o.z * i.z * (1.0 + lambda(o) + lambda(i)));
-        let facets = Beckmann::new(alpha, alpha).into();
-        let metal = RoughConductor::with_facets(Spectrum::ZERO, Spectrum::ONE, facets);
-        let found = metal.eval(wo, wi, Lobes::ALL, TransportMode::Radiance).to_array()[0];
-        let bear = condition(m, a);
-        value.add_in(f64::from(found), exact, super::single(exact) * bear, at);
-        // The cosine at the facet, of which the product with `m` would know nothing where both graze: no unit vector is one exactly.
-        let o_m = 0.5 * (o + i).length();
-        let glossy = Ward::new(Spectrum::ZERO, Spectrum::ONE, alpha, alpha);
-        let exact = d / (4.0 * o_m * o_m);
-        let found = glossy.eval(wo, wi, Lobes::ALL, TransportMode::Radiance).to_array()[0];
-        ward.add_in(f64::from(found), exact, super::single(exact) * bear, at);
-    }
-    value.finish(15.0);
-    ward.finish(15.0);
 }

@@ -123,7 +123,7 @@ pub struct ImageArgs {
     #[arg(long, value_name = "NAME")]
     pub filter: Option<String>,
     /// Where random numbers come from (see `neumann list samplers`).
-    #[arg(long, value_name = "NAME", default_value = "independent")]
+    #[arg(long, value_name = "NAME", default_value = "sobol")]
     pub sampler: String,
     /// Do all work, also what this scene does not need.
     #[arg(long)]

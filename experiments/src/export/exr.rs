@@ -76,8 +76,8 @@ pub struct LayerSelection {
 }
 
 impl LayerSelection {
-    /// The words that name layers.
-    pub const NAMES: [&str; 4] = ["orders", "variance", "strategies", "groups"];
+    /// The words of `--layers`.
+    pub const NAMES: [&str; 5] = ["orders", "variance", "strategies", "groups", "beauty"];
     /// The beauty alone.
     pub const BEAUTY: Self = Self { orders: false, variance: false, strategies: false, groups: false };
     /// Everything a measurement holds.
@@ -105,7 +105,7 @@ impl FromStr for LayerSelection {
                 "beauty" => {}
                 _ => {
                     let names = Self::NAMES.join("`, `");
-                    let unknown = format!("unknown layers `{word}`, expected one of `{names}`, `beauty`");
+                    let unknown = format!("unknown layers `{word}`, expected one of `{names}`");
                     return Err(integrators::with_nearest(&unknown));
                 }
             }

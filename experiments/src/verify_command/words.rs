@@ -5,7 +5,7 @@ use crate::export::notation::{enumerated, listed};
 use crate::result::{AgreementRow, Verdict};
 use crate::stress;
 use integrators::Layer;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 /// What holds and what doesn't.
@@ -63,18 +63,14 @@ fn unseen_in_words(rows: &[AgreementRow]) -> String {
 }
 
 fn by_method(cases: &[(&str, Layer)], found: &str, why: &str) -> String {
-    let mut orders_of: BTreeMap<&str, Vec<String>> = BTreeMap::new();
-    let mut cases = cases.to_vec();
-    cases.sort_by_key(|&(_, layer)| layer);
-    for (method, order) in cases {
-        let orders = orders_of.entry(method).or_default();
-        if !orders.contains(&order.label()) {
-            orders.push(order.label());
-        }
+    let mut orders_of: BTreeMap<&str, BTreeSet<Layer>> = BTreeMap::new();
+    for &(method, order) in cases {
+        orders_of.entry(method).or_default().insert(order);
     }
     let each = orders_of.into_iter().map(|(method, orders)| {
         let plural = if orders.len() == 1 { "" } else { "s" };
-        format!(" {method} {found} in order{plural} {}, {why}.", enumerated(orders))
+        let labels = orders.into_iter().map(Layer::label).collect();
+        format!(" {method} {found} in order{plural} {}, {why}.", enumerated(labels))
     });
     each.collect()
 }

@@ -33,22 +33,27 @@ pub fn group(vertex: u32) -> u32 {
 }
 
 /// The first of an address's dimensions in the sequence of its group; `None` where it has a sequence of its own.
+///
+/// Points in a plane take a pair each, (0, 1), (2, 3) and (4, 5), whose projections are better spread than (3, 4) and (5, 6) are: of 16
+/// points, the third and fourth numbers of the table below have one in each of 16 parts of the square, and the fourth and fifth in
+/// each of 4. Choices, which are of few, take what is left.
 #[inline]
 pub fn dimension(subpath: Subpath, vertex: u32, purpose: Purpose) -> Option<usize> {
     use {Purpose::*, Subpath::*};
     match (vertex, subpath, purpose) {
         (0, Camera, Film) | (0, Light, EmitterPosition) => Some(0),
-        (0, Light, EmitterChoice) => Some(2),
-        (0, Light, EmitterDirection) => Some(3),
+        (0, Light, EmitterDirection) => Some(2),
+        (0, Light, EmitterChoice) => Some(4),
         (0, ..) => None,
-        (1, Camera, NextEmitter) => Some(2),
-        (1, Camera, NextPosition) => Some(3),
-        (1, _, Direction) => Some(5),
+        (1, Camera, NextPosition) => Some(2),
+        (1, Camera, Direction) => Some(4),
+        (1, Light, Direction) => Some(5),
+        (1, Camera, NextEmitter) => Some(6),
         (1, _, Lobe) => Some(7),
         (1, ..) => None,
         (_, _, Direction) => Some(0),
-        (_, _, NextEmitter) => Some(2),
-        (_, _, NextPosition) => Some(3),
+        (_, _, NextPosition) => Some(2),
+        (_, _, NextEmitter) => Some(4),
         (_, _, Lobe) => Some(5),
         (_, _, Roulette) => Some(6),
         _ => None,
