@@ -224,7 +224,7 @@ fn a_disk_without_room_costs_nothing_that_was_there() {
 #[test]
 fn a_folder_that_cannot_be_written_is_named() {
     let folder = folder_with(&[("plain.toml", PLAIN)]);
-    refused(folder.path(), &[&RUN[..], &["--out", "/proc/neumann"]].concat(), &["/proc/neumann", "name a place"]);
+    refused(folder.path(), &[&RUN[..], &["--out", "/proc/neumann"]].concat(), &["/proc/neumann", "name a folder"]);
     let shut = folder.path().join("shut");
     std::fs::create_dir(&shut).unwrap();
     std::fs::set_permissions(&shut, std::os::unix::fs::PermissionsExt::from_mode(0o555)).unwrap();
@@ -232,7 +232,7 @@ fn a_folder_that_cannot_be_written_is_named() {
     if std::fs::write(shut.join("probe"), "").is_ok() {
         println!("skipped: who runs this test may write anywhere");
     } else {
-        refused(folder.path(), &[&RUN[..], &["--out", "shut"]].concat(), &["shut", "denied", "name a place"]);
+        refused(folder.path(), &[&RUN[..], &["--out", "shut"]].concat(), &["shut", "denied", "name a folder"]);
     }
 }
 
