@@ -107,7 +107,7 @@ fn with_ball(material: Bsdf) -> Scene {
 fn glass_of_any_index() {
     let mut family = Family::new("indices");
     for eta in [1.0, 1.0 + 1e-6, 1.0 - 1e-6, 1.5, 1.0 / 1.5, 10.0, 0.1] {
-        is_in_equilibrium(&mut family, &with_ball(Dielectric { eta }.into()), &format!("index {eta}"), 48, EQUILIBRIUM);
+        is_in_equilibrium(&mut family, &with_ball(Dielectric { eta }.into()), &format!("index {eta}"), 96, EQUILIBRIUM);
     }
     family.finish(0.9);
 }
