@@ -280,12 +280,10 @@ fn planned_scenes(source: &Source, experiment: &Experiment) -> Result<Vec<Planne
         for &size in &sizes {
             let scene =
                 scenes::load(&path, &LoadOptions { size, skip: Skip::Unneeded }).map_err(|error| match &error {
-                    // What is wrong in a scene's file is told of that, and what names no scene of the experiment.
-                    SceneError::Unknown { .. } => source.blame(&format!("scenes.{i}"), error.to_string()),
-                    SceneError::Unreadable { file, .. } if file == Path::new(&path) => {
-                        source.blame(&format!("scenes.{i}"), error.to_string())
-                    }
-                    _ => error.into(),
+                    // What is wrong in a scene's own files is told of them, and what names no scene of the experiment.
+                    SceneError::Invalid { .. } => error.into(),
+                    SceneError::Unreadable { file, .. } if file != Path::new(&path) => error.into(),
+                    _ => source.blame(&format!("scenes.{i}"), error.to_string()),
                 })?;
             let name = match size.filter(|_| sizes.len() > 1) {
                 Some((width, height)) => file_name(&format!("{}_{width}x{height}", scene.name)),

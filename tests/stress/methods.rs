@@ -31,8 +31,8 @@ fn what_learns_or_mutates_finds_furnaces() {
     for (label, scene, albedo) in rooms().chain(distorted).chain(balls).chain(slivers) {
         is_a_furnace(&mut family, &scene, &label, &["guided", "pssmlt", "mmlt"], 8, (albedo, EMITTED));
     }
-    // Of the higher orders of what hardly reflects nothing is met.
-    family.finish(0.6);
+    // Chains find little of high orders where they are few.
+    family.finish(0.8);
 }
 
 /// What solves finds every order of every furnace but for rounding, because the rows of its matrix add up. Where elements are long and thin

@@ -179,7 +179,8 @@ impl<'a, S: Sink> Join<'a, S> {
     /// `(1, 1)`: an emitter's point as seen from the camera, splatted.
     fn emitter_to_camera(&mut self, sampler: &mut Sampler) {
         let from = self.camera[0].at;
-        sampler.start_vertex(Subpath::Camera, 0);
+        // It is seen wherever it is, whatever pixel it is counted to, as a light walk is.
+        sampler.start_vertex(Subpath::Light, 0);
         let Some(event) = sample_next_event(self.scene, &from, sampler) else { return };
         if event.delta {
             return;

@@ -16,7 +16,9 @@
 //! the chains begin at some of them, each at xᵢ with probability I(xᵢ) / Σ I(xⱼ). What a chain brings after any number of steps, times b̂,
 //! has the mean Σ I(xᵢ)/N · Pᵗg(xᵢ) over the choice, where g = F / (I + p b′) and P is a step; and ∫ I Pᵗg = ∫ I g, since I is stationary. So the
 //! mean is the truth for any N and any length of chains: there is no bias of the start to get rid of, as in [Veach97, §11.3.1],
-//! whose weight is b̂ here. It needs weights that do not depend on these points: b′ comes from a pilot of an eighth as many.
+//! whose weight is b̂ here. It needs weights that do not depend on these points: b′ comes from a pilot of an eighth as many, or of 1024.
+//! (A b′ far too small would leave the mean right in a way that no replicate shows: fresh proposals of orders that are not met in the
+//! pilot count as much as b′ lets them, and the rest is left to chains, which visit an order of a millionth of the light once in a million steps.)
 //! A replicate whose points all miss the light has b̂ = 0, and that is as it must be for the mean; replicates show how far b̂ errs, for it
 //! differs in each, and errors are those of replicates.
 //!
@@ -62,6 +64,9 @@ use steps::Steps;
 /// The last order to which seeds are looked for, if not more are asked for: a scene whose light takes some scatterings to arrive is black
 /// before.
 const SEEDS_UP_TO: usize = 8;
+
+/// Points of the smallest pilot.
+const PILOT_AT_LEAST: u64 = 1024;
 
 /// A method whose samples a chain can take.
 pub trait Explored: Serialize + DeserializeOwned + Default + Clone + Send + Sync + 'static {
@@ -199,7 +204,7 @@ impl<E: Explored> Integrator for Metropolis<E> {
             u64::from(scene.camera.width()) * u64::from(scene.camera.height()) * u64::from(replicate.samples);
         let points = (steps.bootstrap * mutations as f64).ceil() as u64;
         let space = Space { explored: self.explored.clone(), scene, request };
-        let pilot = Seeds::find(&space, replicate.key.of_pilot(), points.div_ceil(8));
+        let pilot = Seeds::find(&space, replicate.key.of_pilot(), points.div_ceil(8).max(PILOT_AT_LEAST));
         let space = Space { explored: self.explored.informed(&pilot.sizes), ..space };
         let mut seeds = Seeds::find(&space, replicate.key, points);
         seeds.add_work(&pilot);

@@ -35,8 +35,8 @@ pub fn group(vertex: u32) -> u32 {
 /// The first of an address's dimensions in the sequence of its group; `None` where it has a sequence of its own.
 ///
 /// Points in a plane take a pair each, (0, 1), (2, 3) and (4, 5), whose projections are better spread than (3, 4) and (5, 6) are: of 16
-/// points, the third and fourth numbers of the table below have one in each of 16 parts of the square, and the fourth and fifth in
-/// each of 4. Choices, which are of few, take what is left.
+/// points, (2, 3) has one in each of 16 equal parts of the square, however it is divided, and (3, 4) is sure of no more than four points in
+/// each of 4 parts. Choices, which are of few, take what is left.
 #[inline]
 pub fn dimension(subpath: Subpath, vertex: u32, purpose: Purpose) -> Option<usize> {
     use {Purpose::*, Subpath::*};
