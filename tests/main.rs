@@ -20,6 +20,7 @@ mod guided;
 mod instances;
 mod irradiance;
 mod judged;
+mod ledger;
 mod merging;
 mod meshes;
 mod metropolis;

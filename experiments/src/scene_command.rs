@@ -5,6 +5,7 @@ use crate::cli::{SceneArgs, print};
 use crate::error::{Error, Status};
 use crate::path_class;
 use crate::progress::{Verbosity, while_loading};
+use crate::source::no_scene;
 use crate::subject::{DEFAULT_MAX_ORDER, render_settings};
 use integrators::composite::Composite;
 use integrators::{Methods, Orders};
@@ -66,9 +67,10 @@ struct Support {
 /// If the scene cannot be loaded.
 pub fn scene(args: &SceneArgs, registry: &Methods, verbosity: Verbosity) -> Result<Status, Error> {
     let (scene, found) = while_loading(verbosity, || {
-        let (builder, found) = scenes::load::open_with_notes(&args.scene, None)?;
+        let (builder, found) =
+            scenes::load::open_with_notes(&args.scene, None).map_err(|error| no_scene(&args.scene, error))?;
         let built = builder.build(Skip::Unneeded);
-        built.map(|scene| (scene, found)).map_err(|error| scenes::load::placed(error, &args.scene))
+        built.map(|scene| (scene, found)).map_err(|error| Error::from(scenes::load::placed(error, &args.scene)))
     })?;
     let report = describe(&scene, &found, registry)?;
     let text = match args.json {

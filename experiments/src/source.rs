@@ -3,6 +3,7 @@
 use crate::config::Experiment;
 use crate::error::{Error, unknown};
 use integrators::with_nearest;
+use scenes::SceneError;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
@@ -28,6 +29,21 @@ pub const LIBRARY: [(&str, &str); 18] = [
     ("time_to_error", include_str!("../library/time_to_error.toml")),
     ("unbiasedness", include_str!("../library/unbiasedness.toml")),
 ];
+
+/// Keys that every experiment has, and no scene.
+const OF_EXPERIMENTS: [&str; 2] = ["methods", "scenes"];
+/// Keys that scenes have, one or the other, and no experiment.
+const OF_SCENES: [&str; 4] = ["camera", "shapes", "emitters", "materials"];
+
+/// What to say of a scene that cannot be loaded if its name is that of an experiment.
+pub fn no_scene(name_or_path: &str, error: SceneError) -> Error {
+    match Source::open(name_or_path) {
+        Ok(source) if source.has_any(&OF_EXPERIMENTS) => {
+            Error::usage(format!("{name_or_path} is an experiment, no scene; `neumann run {name_or_path}` runs it"))
+        }
+        _ => error.into(),
+    }
+}
 
 /// An experiment's file, as found.
 #[derive(Clone, Debug)]
@@ -55,6 +71,11 @@ impl Source {
             return Ok(Self { name: (*name).to_owned(), path: None, text: (*text).to_owned(), flags: Vec::new() });
         }
         if Path::new(name_or_path).extension().is_none_or(|e| e != "toml") && !name_or_path.contains('/') {
+            if scenes::builtin_names().contains(&name_or_path) {
+                let told =
+                    format!("{name_or_path} is a scene, no experiment; `neumann render {name_or_path}` renders it");
+                return Err(Error::usage(told));
+            }
             let names: Vec<&str> = LIBRARY.iter().map(|(name, _)| *name).collect();
             return Err(Error::usage(format!("{}; or give a .toml file", unknown("experiment", name_or_path, &names))));
         }
@@ -95,7 +116,16 @@ impl Source {
     /// # Errors
     /// If it is no TOML or no experiment, with the line and, for unknown keys, the nearest valid one.
     pub fn parse(&self) -> Result<Experiment, Error> {
+        if let (Some(path), false, true) = (&self.path, self.has_any(&OF_EXPERIMENTS), self.has_any(&OF_SCENES)) {
+            let path = path.display();
+            return Err(Error::usage(format!("{path} is a scene, no experiment; `neumann render {path}` renders it")));
+        }
         self.parse_as()
+    }
+
+    /// Whether it is TOML that has any of these keys.
+    fn has_any(&self, keys: &[&str]) -> bool {
+        DeTable::parse(&self.text).is_ok_and(|table| keys.iter().any(|key| table.get_ref().contains_key(*key)))
     }
 
     /// Reads a file of another kind.

@@ -3,6 +3,7 @@
 use crate::cli::{ImageArgs, MaxOrder};
 use crate::config::{self, HIGHEST_ORDER};
 use crate::error::Error;
+use crate::source::no_scene;
 use crate::statistics_file::Seconds;
 use crate::{budget, settings};
 use integrators::{Integrator, Methods, Orders, RenderSettings};
@@ -39,7 +40,8 @@ impl Subject {
         let filter = args.filter.as_deref().map(config::filter).transpose()?;
         let skip = if args.no_skip { Skip::Nothing } else { Skip::Unneeded };
         let start = Instant::now();
-        let mut description = scenes::load::open(&args.scene, args.size)?;
+        let mut description =
+            scenes::load::open(&args.scene, args.size).map_err(|error| no_scene(&args.scene, error))?;
         if let Some(filter) = filter {
             description.filter(filter);
         }

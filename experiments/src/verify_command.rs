@@ -11,7 +11,7 @@ use crate::error::{Error, Status};
 use crate::plan::Plan;
 use crate::progress::{Progress, Verbosity, while_loading};
 use crate::result::{AgreementRow, MethodResult, Verdict};
-use crate::source::Source;
+use crate::source::{Source, no_scene};
 use crate::states::States;
 use crate::stop::Stop;
 use crate::stress::{self, Amount, Stressed};
@@ -178,7 +178,8 @@ fn stressed(
 
 /// The experiment that this is: every method that can render the scene, with its defaults.
 fn plan(scene: &str, args: &VerifyArgs, methods: &Methods) -> Result<(Plan, Vec<String>), Error> {
-    let loaded = scenes::load(scene, &LoadOptions { size: None, skip: Skip::Unneeded })?;
+    let loaded = scenes::load(scene, &LoadOptions { size: None, skip: Skip::Unneeded })
+        .map_err(|error| no_scene(scene, error))?;
     let (mut able, mut left_out) = (Vec::new(), Vec::new());
     // A composite has nothing but its parts, which are here themselves.
     for name in methods.names().into_iter().filter(|name| *name != composite::NAME) {

@@ -27,6 +27,10 @@ fn unknown_names_are_answered_with_the_nearest() {
     refused(&["bsdf"], &["MODEL"]);
     refused(&["render", "furnace", "--layers", "order"], &["`order`", "`beauty`", "did you mean `orders`"]);
     refused(&["run", "comparsion"], &["did you mean `comparison`"]);
+    for command in ["render", "scene", "verify"] {
+        refused(&[command, "comparison"], &["comparison is an experiment", "`neumann run comparison`"]);
+    }
+    refused(&["run", "cornell_box"], &["cornell_box is a scene", "`neumann render cornell_box`"]);
     refused(&["scene", "furnce"], &["did you mean `furnace`"]);
     refused(&["rendr", "furnace"], &["render"]);
     refused(&["render", "furnace", "--sede", "3"], &["--seed"]);
@@ -105,6 +109,7 @@ fn faulty_experiment_files_are_named_with_the_line() {
         ),
         ("whose.toml", &format!("{EXPERIMENT}[reference]\nmethods = [\"bpdt\"]\n")),
         ("zero.toml", &EXPERIMENT.replace("[8, 8]", "[0, 8]")),
+        ("room.toml", "[camera]\nfov = 40\n"),
     ]);
     let refused = |file: &str, words: &[&str]| refused(folder.path(), &["run", file], words);
     refused("key.toml", &["key.toml:2", "did you mean `spp`"]);
@@ -116,6 +121,7 @@ fn faulty_experiment_files_are_named_with_the_line() {
     refused("method.toml", &["method.toml:", "did you mean `bdpt`"]);
     refused("scene.toml", &["scene.toml:1: ", "did you mean `furnace`"]);
     refused("zero.toml", &["zero.toml:5"]);
+    refused("room.toml", &["room.toml is a scene", "`neumann render room.toml`"]);
     refused("metric.toml", &["metric.toml:2: ", "did you mean `relmse`"]);
     refused("until.toml", &["until.toml:1: ", "give max_spp or seconds"]);
     refused("nobody.toml", &["nobody.toml:15: ", "none of direct carries all light of order 2", "max_order = 1"]);

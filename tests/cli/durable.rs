@@ -222,6 +222,20 @@ fn a_disk_without_room_costs_nothing_that_was_there() {
 }
 
 #[test]
+fn an_image_without_room_leaves_the_one_before() {
+    let folder = folder_with(&[]);
+    let render =
+        |seed| ["render", "cornell_box", "--quiet", "--size", "32x32", "--spp", "4", "--seed", seed, "-o", "image.exr"];
+    succeed(folder.path(), &render("1"));
+    let before = files(folder.path());
+    let output = with_little_room(folder.path(), 4, &render("2"));
+    let message = text(&output.stderr);
+    assert_eq!((output.status.code(), message.matches("error:").count()), (Some(2), 1), "{message}");
+    assert!(message.contains("image.exr") && message.contains("File too large"), "{message}");
+    assert!(files(folder.path()) == before);
+}
+
+#[test]
 fn a_folder_that_cannot_be_written_is_named() {
     let folder = folder_with(&[("plain.toml", PLAIN)]);
     refused(folder.path(), &[&RUN[..], &["--out", "/proc/neumann"]].concat(), &["/proc/neumann", "name a folder"]);
