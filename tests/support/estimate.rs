@@ -51,4 +51,13 @@ impl Estimate {
             (false, false) => self.skewness.max(self.error / self.mean.abs()),
         }
     }
+
+    /// The same towards large values: only what a filter's negative lobes bring leads there.
+    pub fn lean_upwards(&self) -> f64 {
+        match (self.is_exact(), self.mean <= 0.0) {
+            (true, _) => 0.0,
+            (false, true) => Self { mean: -self.mean, skewness: -self.skewness, ..*self }.lean(),
+            (false, false) => -self.skewness,
+        }
+    }
 }

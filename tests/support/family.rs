@@ -83,16 +83,17 @@ impl Comparison {
 
     /// The skewness γ that makes it more likely that one estimate is far below the other: that of the lower towards small
     /// values, and that of the higher towards large ones, each by its share in the difference. If the two means are equal,
-    /// the lower one's error is too small by as much as its mean.
+    /// the one nearer to zero has an error that is too small by as much as its mean.
     fn lean(&self, low: Estimate, high: Estimate) -> f64 {
-        let lean = low.lean();
-        if lean.is_infinite() || self.error() == 0.0 {
-            return lean;
+        let (lean_low, lean_high) = (low.lean(), high.lean_upwards());
+        if lean_low.is_infinite() || lean_high.is_infinite() || self.error() == 0.0 {
+            return lean_low.max(lean_high);
         }
-        let error = low.error * (high.mean / low.mean).max(1.0);
-        let both = error.hypot(high.error).hypot(self.floor());
-        let (share_low, share_high) = ((error / both).powi(3), (high.error / both).powi(3));
-        UNSEEN * (lean.max(0.0) * share_low + (-high.skewness).max(0.0) * share_high)
+        let error_low = low.error * (high.mean / low.mean).max(1.0);
+        let error_high = high.error * if high.mean < 0.0 { (low.mean / high.mean).max(1.0) } else { 1.0 };
+        let both = error_low.hypot(error_high).hypot(self.floor());
+        let (share_low, share_high) = ((error_low / both).powi(3), (error_high / both).powi(3));
+        UNSEEN * (lean_low.max(0.0) * share_low + lean_high.max(0.0) * share_high)
     }
 
     /// The skewness on the side that the difference lies on.
