@@ -101,7 +101,7 @@ fn every_walk_keeps_its_ledger() {
     }
 }
 
-/// The light subpaths of contributions: what arrives at each surface, and the point there.
+/// The light subpaths of contributions: what arrives at each surface, and which that is.
 #[derive(Default)]
 struct Subpaths(Vec<Vec<([f64; 3], SurfaceId)>>);
 

@@ -5,6 +5,7 @@ use crate::error::{Error, unknown};
 use integrators::with_nearest;
 use scenes::SceneError;
 use serde::de::DeserializeOwned;
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
@@ -45,6 +46,11 @@ pub fn no_scene(name_or_path: &str, error: SceneError) -> Error {
     }
 }
 
+/// What to say of an experiment whose name is that of a scene.
+fn no_experiment(scene: impl Display) -> Error {
+    Error::usage(format!("{scene} is a scene, no experiment; `neumann render {scene}` renders it"))
+}
+
 /// An experiment's file, as found.
 #[derive(Clone, Debug)]
 pub struct Source {
@@ -72,9 +78,7 @@ impl Source {
         }
         if Path::new(name_or_path).extension().is_none_or(|e| e != "toml") && !name_or_path.contains('/') {
             if scenes::builtin_names().contains(&name_or_path) {
-                let told =
-                    format!("{name_or_path} is a scene, no experiment; `neumann render {name_or_path}` renders it");
-                return Err(Error::usage(told));
+                return Err(no_experiment(name_or_path));
             }
             let names: Vec<&str> = LIBRARY.iter().map(|(name, _)| *name).collect();
             return Err(Error::usage(format!("{}; or give a .toml file", unknown("experiment", name_or_path, &names))));
@@ -116,11 +120,10 @@ impl Source {
     /// # Errors
     /// If it is no TOML or no experiment, with the line and, for unknown keys, the nearest valid one.
     pub fn parse(&self) -> Result<Experiment, Error> {
-        if let (Some(path), false, true) = (&self.path, self.has_any(&OF_EXPERIMENTS), self.has_any(&OF_SCENES)) {
-            let path = path.display();
-            return Err(Error::usage(format!("{path} is a scene, no experiment; `neumann render {path}` renders it")));
-        }
-        self.parse_as()
+        self.parse_as().map_err(|error| match &self.path {
+            Some(path) if self.has_any(&OF_SCENES) && !self.has_any(&OF_EXPERIMENTS) => no_experiment(path.display()),
+            _ => error,
+        })
     }
 
     /// Whether it is TOML that has any of these keys.
