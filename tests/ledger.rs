@@ -1,15 +1,13 @@
 //! The ledger of light: none is lost or gained on the way, order by order and on every walk.
 
-use crate::support::builtin;
+use crate::support::{builtin, contributions};
 use integrators::bdpt::Bdpt;
 use integrators::flux::{Flux, Meter};
-use integrators::integrator::Pixel;
 use integrators::light::Light;
 use integrators::roulette::{Roulette, SubpathRoulette};
-use integrators::scratch::Scratch;
 use integrators::vertex::{PathVertex, Site};
-use integrators::{Contribution, Estimator, Orders, Request, Sink, Wants};
-use sampling::sampler::{Purpose, Role, Sampler, SamplerKind, StreamKey};
+use integrators::{Contribution, Estimator, Sink, Wants};
+use sampling::sampler::{Role, StreamKey};
 use scenes::{Emitter, LoadOptions, Region, Scene, SurfaceId};
 
 /// What leaves surfaces falls on surfaces or escapes, and of what falls there no more is scattered than fell; by glass
@@ -118,18 +116,8 @@ impl Sink for Subpaths {
 }
 
 fn subpaths(scene: &Scene, method: &impl Estimator) -> Vec<Vec<([f64; 3], SurfaceId)>> {
-    const SAMPLES: u32 = 64;
-    let request = Request::new(Orders::up_to(8), false);
-    let (width, height) = (scene.camera.width(), scene.camera.height());
-    let key = StreamKey::new(8, "ledger", Role::Estimate, 0);
-    let mut sampler = Sampler::new(SamplerKind::Independent, key, SAMPLES, (width, height));
-    let (mut scratch, mut found) = (Scratch::default(), Subpaths::default());
-    for (pixel, sample) in (0..width * height).flat_map(|pixel| (0..SAMPLES).map(move |sample| (pixel, sample))) {
-        sampler.start_sample(u64::from(pixel), sample);
-        let u = sampler.get_2d(Purpose::Film);
-        let (pixel, _) = Pixel::sample(pixel % width, pixel / width, scene.camera.filter(), u);
-        method.estimate(scene, &request, pixel, &mut sampler, &mut scratch, &mut found);
-    }
+    let mut found = Subpaths::default();
+    contributions(scene, method, 8, (StreamKey::new(8, "ledger", Role::Estimate, 0), 64), &mut found);
     found.0
 }
 

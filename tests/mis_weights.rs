@@ -6,20 +6,18 @@
 
 mod merges;
 
-use crate::support::{PathDensities, builtin, bumps, in_relief, lambert, room, shining, sky};
+use crate::support::{PathDensities, builtin, bumps, contributions, in_relief, lambert, room, shining, sky};
 use glam::{DVec3, dvec2, dvec3};
 use integrators::bdpt::{Bdpt, Weighting};
 use integrators::connect::{EmitterEnd, Factors, Strategies};
-use integrators::integrator::Pixel;
 use integrators::roulette::SubpathRoulette;
-use integrators::scratch::Scratch;
 use integrators::vertex::{PathVertex, Site, density_at};
-use integrators::{Contribution, Counters, Estimator, Orders, Request, Sink, Technique, Wants};
+use integrators::{Contribution, Counters, Orders, Request, Sink, Technique, Wants};
 use sampling::bsdf::{Bsdf, RoughConductor, RoughDielectric, TransportMode, fresnel_dielectric};
 use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
 use sampling::rng::Stream;
-use sampling::sampler::{Purpose, Role, Sampler, SamplerKind, StreamKey};
+use sampling::sampler::{Role, StreamKey};
 use sampling::{Vec2, Vec3, vec3};
 use scenes::interaction::Normals;
 use scenes::{
@@ -60,17 +58,9 @@ impl Sink for Collect<'_> {
 
 /// Every path of some samples all over the image.
 fn paths(scene: &Scene, settings: &Bdpt, samples: u32) -> Vec<Found> {
-    let request = Request::new(Orders::up_to(6), false);
-    let key = StreamKey::new(11, "weights", Role::Estimate, 0);
-    let (width, height) = (scene.camera.width(), scene.camera.height());
-    let mut sampler = Sampler::new(SamplerKind::Independent, key, samples, (width, height));
     let factors = settings.factors.as_ref().map(|factors| &factors.0);
-    let (mut scratch, mut collect) = (Scratch::default(), Collect { found: Vec::new(), factors });
-    for (x, y, sample) in (0..width).flat_map(|x| (0..height).flat_map(move |y| (0..samples).map(move |s| (x, y, s)))) {
-        sampler.start_sample((y * width + x) as u64, sample);
-        let (pixel, _) = Pixel::sample(x, y, scene.camera.filter(), sampler.get_2d(Purpose::Film));
-        settings.estimate(scene, &request, pixel, &mut sampler, &mut scratch, &mut collect);
-    }
+    let mut collect = Collect { found: Vec::new(), factors };
+    contributions(scene, settings, 6, (StreamKey::new(11, "weights", Role::Estimate, 0), samples), &mut collect);
     collect.found
 }
 

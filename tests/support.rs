@@ -1,5 +1,6 @@
 //! What the laws share: rendering small images, and families of comparisons with a stated false-alarm rate.
 
+mod contributions;
 mod densities;
 mod estimate;
 mod family;
@@ -9,6 +10,7 @@ mod room;
 mod sky;
 mod truth;
 
+pub use contributions::contributions;
 pub use densities::PathDensities;
 pub use estimate::Estimate;
 pub use family::{Comparison, Family, POWER};
