@@ -15,7 +15,7 @@ use serde_json::json;
 
 type Failure = Box<dyn std::error::Error>;
 
-const WEIGHTINGS: [&str; 4] = ["balance", "power", "maximum", "variance_aware"];
+const WEIGHTINGS: [&str; 5] = ["balance", "power", "maximum", "variance_aware", "optimal"];
 const SIZE: (u32, u32) = (48, 48);
 const MAX_ORDER: usize = 6;
 const BATCHES: u64 = 8;

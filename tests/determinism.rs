@@ -39,8 +39,11 @@ fn bits(m: &Measurement) -> Vec<u64> {
 fn any_number_of_threads_gives_the_same_bits() {
     let scene = builtin("cornell_box", 40);
     let by_default = ["direct", "path", "guided", "light", "bdpt"].map(|name| (name, json!({})));
-    let piloted =
-        [("bdpt", json!({"mis": "variance_aware"})), ("path", json!({"roulette": "efficiency", "roulette_start": 1}))];
+    let piloted = [
+        ("bdpt", json!({"mis": "variance_aware"})),
+        ("bdpt", json!({"mis": "optimal"})),
+        ("path", json!({"roulette": "efficiency", "roulette_start": 1})),
+    ];
     let merging = ["vcm", "ppm"].map(|name| (name, json!({"radius": 0.05})));
     let chains = ["pssmlt", "mmlt"].map(|name| (name, json!({})));
     let meshes = [("radiosity", json!({"elements": 100}))];

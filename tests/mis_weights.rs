@@ -4,19 +4,19 @@
 //! from its vertices alone, and weighed by the same code as if that strategy had made it. No randomness is left by then, so
 //! the tolerance is that of `f32` densities.
 
+mod learnt;
 mod merges;
 
 use crate::support::{PathDensities, builtin, bumps, contributions, in_relief, lambert, room, shining, sky};
 use glam::{DVec3, dvec2, dvec3};
 use integrators::bdpt::{Bdpt, Weighting};
-use integrators::connect::{EmitterEnd, Factors, Strategies};
+use integrators::connect::{EmitterEnd, PerStrategy, Strategies};
 use integrators::roulette::SubpathRoulette;
 use integrators::vertex::{PathVertex, Site, density_at};
-use integrators::{Contribution, Counters, Orders, Request, Sink, Technique, Wants};
+use integrators::{Contribution, Orders, Request, Sink, Technique, Wants};
 use sampling::bsdf::{Bsdf, RoughConductor, RoughDielectric, TransportMode, fresnel_dielectric};
 use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
-use sampling::rng::Stream;
 use sampling::sampler::{Role, StreamKey};
 use sampling::{Vec2, Vec3, vec3};
 use scenes::interaction::Normals;
@@ -25,7 +25,6 @@ use scenes::{
     SceneBuilder, Skip, Spot, Tilt,
 };
 use std::num::NonZeroU16;
-use std::sync::Arc;
 
 const TOLERANCE: f64 = 2e-3;
 
@@ -34,14 +33,16 @@ struct Found {
     vertices: Vec<PathVertex>,
     technique: Technique,
     weight: f64,
-    /// The factors of the order's strategies, where the path meets the film; all alike where there are none.
-    factors: Vec<f32>,
+    /// Of what the strategy contributes alone.
+    luminance: f64,
+    /// What is learnt of the order's strategies, where the path meets the film; 1 where nothing is.
+    learnt: Vec<f32>,
 }
 
 #[derive(Default)]
 struct Collect<'a> {
     found: Vec<Found>,
-    factors: Option<&'a Factors>,
+    learnt: Option<&'a PerStrategy>,
 }
 
 impl Sink for Collect<'_> {
@@ -50,16 +51,17 @@ impl Sink for Collect<'_> {
     fn add(&mut self, c: Contribution) {
         let vertices = c.path.light.iter().chain(c.path.camera.iter().rev()).copied().collect();
         let order = c.technique.order();
-        let factors = self.factors.and_then(|factors| factors.of(c.raster, order));
-        let factors = factors.map_or_else(|| vec![1.0; order + 2], <[f32]>::to_vec);
-        self.found.push(Found { vertices, technique: c.technique, weight: c.weight, factors });
+        let learnt = self.learnt.and_then(|learnt| learnt.of(c.raster, order));
+        let learnt = learnt.map_or_else(|| vec![1.0; order + 2], <[f32]>::to_vec);
+        let luminance = f64::from(c.value.luminance());
+        self.found.push(Found { vertices, technique: c.technique, weight: c.weight, luminance, learnt });
     }
 }
 
 /// Every path of some samples all over the image.
 fn paths(scene: &Scene, settings: &Bdpt, samples: u32) -> Vec<Found> {
-    let factors = settings.factors.as_ref().map(|factors| &factors.0);
-    let mut collect = Collect { found: Vec::new(), factors };
+    let learnt = settings.learnt.as_ref().map(|learnt| &learnt.0);
+    let mut collect = Collect { found: Vec::new(), learnt };
     contributions(scene, settings, 6, (StreamKey::new(11, "weights", Role::Estimate, 0), samples), &mut collect);
     collect.found
 }
@@ -77,7 +79,8 @@ struct Whole<'a> {
 
 impl<'a> Whole<'a> {
     fn new(scene: &'a Scene, found: &'a Found, settings: &'a Bdpt) -> Self {
-        let (vertices, factors) = (&found.vertices[..], &found.factors[..]);
+        let vertices = &found.vertices[..];
+        let factors = if settings.mis == Weighting::VarianceAware { &found.learnt[..] } else { &[] };
         let (emitter, endpoint) = match &vertices[0].site {
             Site::Emitter(emitter, endpoint) => (*emitter, *endpoint),
             Site::Surface(hit) => (hit.emitter.unwrap(), scene.endpoint_of(hit)),
@@ -291,28 +294,6 @@ fn weights_of_all_strategies_sum_to_one() {
             let light_paths = NonZeroU16::new(3).unwrap();
             check(&scene, &Bdpt { mis: mis.into(), light_paths, ..Bdpt::default() }, 2);
         }
-    }
-}
-
-/// With factors from a hundredth to a hundred, other ones in every cell of the image and for every order up to the fifth.
-#[test]
-fn weights_sum_to_one_with_any_factors() {
-    let mut scenes = rooms();
-    scenes.extend(["cornell_box", "veach_mis", "glass_caustic"].map(|name| builtin(name, 8)));
-    for scene in scenes {
-        let mut factors = Factors::ones((8, 8), 3, 6);
-        let mut numbers = Stream::new(5, 0);
-        factors.values.iter_mut().for_each(|value| *value = 10.0_f32.powf(4.0 * numbers.next_f32() - 2.0));
-        let with_factors = Bdpt {
-            mis: Weighting::VarianceAware,
-            factors: Some(Arc::new((factors, Counters::default()))),
-            ..Bdpt::default()
-        };
-        for emitter_to_camera in [false, true] {
-            check(&scene, &Bdpt { emitter_to_camera, ..with_factors.clone() }, 6);
-        }
-        let light_paths = NonZeroU16::new(3).unwrap();
-        check(&scene, &Bdpt { light_paths, ..with_factors }, 2);
     }
 }
 

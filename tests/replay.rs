@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 /// Every method, and what of `bdpt` draws numbers of its own.
 fn methods() -> Vec<Box<dyn Integrator>> {
-    let settings: [(&str, Value); 16] = [
+    let settings: [(&str, Value); 17] = [
         ("direct", json!({})),
         ("path", json!({})),
         ("light", json!({})),
@@ -21,6 +21,7 @@ fn methods() -> Vec<Box<dyn Integrator>> {
         ("bdpt", json!({"connections": "resampled", "light_paths": 2, "next_event_candidates": 3})),
         ("bdpt", json!({"connections": "roulette", "roulette": "throughput"})),
         ("bdpt", json!({"mis": "variance_aware"})),
+        ("bdpt", json!({"mis": "optimal"})),
         ("path", json!({"strategy": "bsdf"})),
         ("path", json!({"strategy": "emitter"})),
         ("path", json!({"next_event_candidates": 3})),

@@ -53,6 +53,7 @@ fn weights_of_bidirectional_path_tracing() {
         entry("mis by balance", json!({"roulette": "none", "mis": "balance"})),
         entry("mis by the maximum", json!({"roulette": "none", "mis": "maximum"})),
         entry("mis by variances", json!({"roulette": "none", "mis": "variance_aware"})),
+        entry("optimal mis", json!({"roulette": "none", "mis": "optimal"})),
         entry("no emitter to camera", json!({"roulette": "none", "emitter_to_camera": false})),
         entry("local roulette", json!({"roulette": "local"})),
         entry("roulette by throughput", json!({"roulette": "throughput", "roulette_start": 1})),

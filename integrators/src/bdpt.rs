@@ -8,7 +8,9 @@
 //! What is left to settings moves no mean: how strategies are weighted, where walks end, how many light subpaths there are to a
 //! camera subpath, and which connections a ray is traced for.
 
+mod controls;
 mod join;
+mod lattice;
 mod merge;
 mod pilot;
 mod strategy;
@@ -17,7 +19,7 @@ mod weighting;
 
 pub use weighting::Weighting;
 
-use crate::connect::{EmitterEnd, Factors, Strategies};
+use crate::connect::{EmitterEnd, PerStrategy, Strategies};
 use crate::contribution::Sink;
 use crate::integrator::{Estimator, Pixel, Replicate};
 use crate::measurement::Counters;
@@ -73,9 +75,9 @@ pub struct Bdpt {
     /// The weighted contribution from which a connection always has its ray; no setting, but found by a pilot.
     #[serde(skip)]
     pub threshold: f32,
-    /// Factors of strategies' densities in weights, and the work of finding them; no setting, but what a pilot finds.
+    /// What weights take of every strategy beside its densities, and the work of finding that; no setting, but what a pilot finds.
     #[serde(skip)]
-    pub factors: Option<Arc<(Factors, Counters)>>,
+    pub learnt: Option<Arc<(PerStrategy, Counters)>>,
     /// What the camera's vertices are merged with; no setting, but what [`vcm`](crate::vcm) adds.
     #[serde(skip)]
     pub photons: Option<Photons>,
@@ -92,7 +94,7 @@ impl Default for Bdpt {
             next_event_candidates: NonZeroU16::MIN,
             connections: Connections::All,
             threshold: 0.0,
-            factors: None,
+            learnt: None,
             photons: None,
         }
     }
@@ -134,6 +136,11 @@ impl Estimator for Bdpt {
     const CLASSIFIES: bool = true;
 
     fn unsupported_request(&self, request: &Request) -> Option<String> {
+        if self.mis == Weighting::Optimal
+            && (self.connections == Connections::Resampled || self.next_event_candidates.get() > 1)
+        {
+            return Some("its optimal weights know of no choice among connections or candidates; set mis=balance, connections=all or next_event_candidates=1".into());
+        }
         let endless = request.tail() && self.roulette == SubpathRoulette::None;
         endless.then(|| {
             "without roulette its walks have no end beyond max_order; set roulette=local or leave out the tail".into()
@@ -147,11 +154,14 @@ impl Estimator for Bdpt {
     }
 
     fn prepare(&self, scene: &Scene, request: &Request, replicate: &Replicate) -> Option<Self> {
-        let (weighs, plays) = (self.mis == Weighting::VarianceAware, self.connections == Connections::Roulette);
-        let mut prepared = (weighs || plays).then(|| self.clone())?;
-        if weighs {
-            prepared.factors = Some(Arc::new(variances::factors(self, scene, request, replicate)));
-        }
+        let learn = match self.mis {
+            Weighting::Heuristic(_) => None,
+            Weighting::VarianceAware => Some(variances::factors as fn(&Self, &_, &_, &_) -> _),
+            Weighting::Optimal => Some(controls::controls as _),
+        };
+        let plays = self.connections == Connections::Roulette;
+        let mut prepared = (learn.is_some() || plays).then(|| self.clone())?;
+        prepared.learnt = learn.map(|learn| Arc::new(learn(self, scene, request, replicate)));
         if plays {
             prepared.threshold = pilot::threshold(&prepared, scene, request, replicate);
         }
@@ -159,7 +169,7 @@ impl Estimator for Bdpt {
     }
 
     fn pilot(&self) -> Counters {
-        self.factors.as_ref().map_or(Counters::default(), |factors| factors.1)
+        self.learnt.as_ref().map_or(Counters::default(), |learnt| learnt.1)
     }
 
     fn estimate<S: Sink>(

@@ -16,9 +16,9 @@
 //! the number of light subpaths times the area that is near, that happens with density `η · light[i] · p_i = η · camera[i] · p_{i+1}`
 //! \[Georgiev12\]: it stands between strategies `i` and `i + 1`, and is summed up there.
 
-mod factored;
+mod densities;
 
-pub use factored::{Factors, strategies_below};
+pub use densities::{Densities, ORDERS, PerStrategy, strategies_below};
 
 use crate::vertex::{PathVertex, Site, density_across, density_at};
 use crate::walk::WalkRules;

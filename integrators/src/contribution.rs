@@ -78,7 +78,7 @@ pub struct Contribution<'p> {
     pub technique: Technique,
     /// The unweighted estimate: what this technique alone would give.
     pub value: Spectrum,
-    /// The MIS weight in [0, 1].
+    /// The MIS weight: in [0, 1], but for optimal weights, which may be any number.
     pub weight: f64,
     /// The path's vertices, for sinks that ask for them.
     pub path: PathView<'p>,

@@ -1,7 +1,7 @@
 //! The connections between a camera subpath and light subpaths.
 
-use super::{Bdpt, Connections};
-use crate::connect::{EmitterEnd, Strategies, direction};
+use super::{Bdpt, Connections, Weighting};
+use crate::connect::{Densities, EmitterEnd, Strategies, direction};
 use crate::contribution::{Contribution, PathView, Sink, Technique};
 use crate::lpe::Classifier;
 use crate::measurement::Counters;
@@ -112,8 +112,10 @@ impl<'a, S: Sink> Join<'a, S> {
     fn emission(&mut self, t: usize) {
         let Some((end, value)) = self.emitted(t) else { return };
         let camera = &self.camera[..t];
-        let weight = match self.factors(self.raster, t - 2) {
-            Some(factors) => self.strategies.weight_emission_by(factors, self.scene, camera, &end),
+        let weight = match self.learnt(self.raster, t - 2) {
+            Some(learnt) => {
+                self.weight_by(learnt, &self.strategies.densities_emission(self.scene, camera, &end), value)
+            }
             None => self.strategies.weight_emission(self.scene, camera, &end),
         };
         self.add_emission(t, end.emitter, value, weight);
@@ -303,7 +305,7 @@ impl<'a, S: Sink> Join<'a, S> {
             return;
         }
         let weight = self.weight(&connection);
-        let survival = value.luminance() * weight as f32 / self.settings.threshold;
+        let survival = value.luminance() * weight.abs() as f32 / self.settings.threshold;
         // The comparison lets pass what is no number, so that it is counted.
         if survival < 1.0 && sampler.get_1d(Purpose::ConnectionRoulette) >= survival || self.is_blocked(ray) {
             return;
@@ -314,18 +316,30 @@ impl<'a, S: Sink> Join<'a, S> {
 
     /// A connection's MIS weight.
     #[inline]
-    fn weight(&self, &Connection { raster, light, camera, next_event, .. }: &Connection) -> f64 {
+    fn weight(&self, &Connection { raster, light, camera, next_event, value, .. }: &Connection) -> f64 {
         let raster = fault!("factors_of_the_samples_pixel", raster, self.raster);
-        match self.factors(raster, light.len() + camera.len() - 2) {
-            Some(factors) => self.strategies.weight_connected_by(factors, self.scene, light, camera, next_event),
+        match self.learnt(raster, light.len() + camera.len() - 2) {
+            Some(learnt) => {
+                let densities = self.strategies.densities_connected(self.scene, light, camera, next_event);
+                self.weight_by(learnt, &densities, value)
+            }
             None => self.strategies.weight_connected(self.scene, light, camera, next_event),
         }
     }
 
-    /// The factors by which strategies of an order are weighted where their path meets the film, if there are any.
+    /// What is known of an order's strategies where their path meets the film, if anything is.
     #[inline]
-    fn factors(&self, raster: Vec2, order: usize) -> Option<&'a [f32]> {
-        self.settings.factors.as_ref()?.0.of(raster, order)
+    fn learnt(&self, raster: Vec2, order: usize) -> Option<&'a [f32]> {
+        self.settings.learnt.as_ref()?.0.of(raster, order)
+    }
+
+    /// The weight of a path, by that and its densities.
+    #[inline]
+    fn weight_by(&self, learnt: &[f32], densities: &Densities, value: Spectrum) -> f64 {
+        match self.settings.mis {
+            Weighting::Optimal => densities.weight_by_controls(learnt, f64::from(value.luminance())),
+            _ => densities.weight_by_factors(learnt),
+        }
     }
 
     fn is_blocked(&mut self, ray: &Ray) -> bool {
