@@ -49,7 +49,8 @@ pub fn turns(y: f32, x: f32) -> f32 {
 /// A uniform point of the unit disc and its exact radius `[Shirley97]`.
 #[inline]
 fn concentric_disk(u: Vec2) -> (Vec2, f32) {
-    let o = 2.0 * u - Vec2::ONE;
+    // Numbers are multiples of 2⁻²⁴ or finer, and here stand for the middles of their intervals: none lies on the rim.
+    let o = 2.0 * u - Vec2::splat(1.0_f32.next_down());
     // In the wedge around x the angle is π/4 · y/x, around y it is π/2 − π/4 · x/y; a negative radius is opposite.
     let along_x = o.x.abs() > o.y.abs();
     let (r, across) = if along_x { (o.x, o.y) } else { (o.y, o.x) };
@@ -73,7 +74,7 @@ pub fn uniform_disk_pdf_area() -> f32 {
     INV_PI
 }
 
-/// A direction of the upper hemisphere with a density proportional to its cosine; z may be 0 on a set of density 0.
+/// A direction of the upper hemisphere with a density proportional to its cosine, which is above 0.
 #[inline]
 pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
     let (p, r) = concentric_disk(u);

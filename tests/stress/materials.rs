@@ -41,7 +41,7 @@ fn ten_thousand_scatterings() {
     builder.camera(camera(dvec3(0.1, 0.2, 0.3), dvec3(0.0, 0.0, -1.0), 70.0, 1));
     let scene = builder.build(Skip::Unneeded).unwrap();
     let mut family = Family::new("ten thousand scatterings");
-    for (name, samples) in [("path", 1), ("light", 24)] {
+    for (name, samples) in [("path", 1), ("light", 16)] {
         let method = plain(name);
         let settings = RenderSettings {
             orders: Orders::up_to(LAST),
@@ -55,7 +55,7 @@ fn ten_thousand_scatterings() {
         let mut render = Render::new(&scene, method.as_ref(), settings).unwrap();
         let looked_at: Vec<usize> = (0..=LAST).step_by(1000).collect();
         let (mut orders, mut sums) = (vec![Vec::new(); looked_at.len()], Vec::new());
-        for _ in 0..32 {
+        for _ in 0..128 {
             render.run_replicate(&|_| {});
             let value = |layer: usize| grey(render.last_replicate(layer, 0));
             looked_at.iter().zip(&mut orders).for_each(|(&order, values)| values.push(value(order)));
