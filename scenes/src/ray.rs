@@ -15,7 +15,13 @@ pub struct Ray {
     pub d: Vec3,
     /// End of the interval, in units of `d`; infinite for walks, [`SEGMENT_END`] for segments.
     pub t_max: f32,
+    /// The [facets](SurfacePoint::facet) that its two ends lie on. It does not meet them in between, which only `f64` could tell of what is so near
+    /// its ends.
+    pub facets: [u32; 2],
 }
+
+/// What stands for a facet where there is none.
+pub const NO_FACET: u32 = u32::MAX;
 
 /// Where a segment's interval ends: eight roundings short of the far end, so that no surface which that end happens to lie on hides it,
 /// as a wall does whose distance is rounded. It matters to ends that no normal leads off a surface: a camera or a point emitter at a wall.
@@ -25,7 +31,7 @@ impl Ray {
     /// The unbounded ray from `o` along `d`.
     #[inline]
     pub fn new(o: Vec3, d: Vec3) -> Self {
-        Ray { o, d, t_max: f32::INFINITY }
+        Ray { o, d, t_max: f32::INFINITY, facets: [NO_FACET; 2] }
     }
 
     /// The point at parameter `t`, to rounding.
@@ -47,19 +53,27 @@ pub struct SurfacePoint {
     pub ng: Vec3,
     /// How far an origin must be moved along the normal to be off the surface for certain \[m\].
     pub p_error: f32,
+    /// The scene's triangle that it lies on, as numbered when built; [`NO_FACET`] on other surfaces, in instances, and off surfaces.
+    pub facet: u32,
 }
 
 impl SurfacePoint {
     /// A point that lies on no surface: a pinhole, a point emitter.
     #[inline]
     pub fn free(p: Vec3) -> Self {
-        SurfacePoint { p, ng: Vec3::ZERO, p_error: 0.0 }
+        SurfacePoint { p, ng: Vec3::ZERO, p_error: 0.0, facet: NO_FACET }
     }
 
     /// A point on a surface, rounded to `f32` after an evaluation whose own error is at most `residual` \[m\].
     #[inline]
     pub fn on_surface(p: Vec3, ng: Vec3, residual: f32) -> Self {
-        SurfacePoint { p, ng, p_error: rounding(p) + residual }
+        SurfacePoint { p, ng, p_error: rounding(p) + residual, facet: NO_FACET }
+    }
+
+    /// The same on a triangle of the scene.
+    #[inline]
+    pub fn on_facet(self, facet: u32) -> Self {
+        SurfacePoint { facet, ..self }
     }
 
     /// The position moved off the surface to the side that `d` points to.
@@ -71,7 +85,8 @@ impl SurfacePoint {
     /// The ray that leaves in direction `d` (unit).
     #[inline]
     pub fn spawn(&self, d: Vec3) -> Ray {
-        Ray { o: fault!("start_not_moved", self.offset_toward(d), self.p), d, t_max: f32::INFINITY }
+        let facets = [self.facet, NO_FACET];
+        Ray { o: fault!("start_not_moved", self.offset_toward(d), self.p), d, t_max: f32::INFINITY, facets }
     }
 
     /// The segment between two points, both ends moved off their surfaces towards one another; `t` in (0, 1) lies between.
@@ -81,7 +96,8 @@ impl SurfacePoint {
         let o = self.offset_toward(towards);
         // The far end is reached only to the rounding of `d`, which is charged to its error.
         let end = other.moved_toward(-towards, other.p_error + rounding(towards));
-        Ray { o, d: end - o, t_max: fault!("segment_meets_its_end", SEGMENT_END, 1.01) }
+        let facets = [self.facet, other.facet];
+        Ray { o, d: end - o, t_max: fault!("segment_meets_its_end", SEGMENT_END, 1.01), facets }
     }
 
     #[inline]
