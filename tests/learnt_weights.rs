@@ -4,7 +4,9 @@
 //! False-alarm rate: 0.1 % for each test of means (Šidák over orders and blocks).
 
 use crate::support::{Budget, COLUMNS, Entry, Family, Truth, agree, builtin, exact, grey, measure, method_with};
-use serde_json::json;
+use integrators::{Orders, Render, RenderSettings};
+use sampling::sampler::{Role, SamplerKind};
+use serde_json::{Value, json};
 
 /// Against closed forms, by replicates of 16 samples per pixel.
 #[test]
@@ -26,7 +28,7 @@ fn enclosures_of_known_orders() {
     }
 }
 
-/// Against the balance heuristic; pilots of small images know little, and their factors are far from what they should be. Orders are left out whose
+/// Against the balance heuristic; pilots of small images know little, and what they find is far from what it should be. Orders are left out whose
 /// variance by the balance heuristic leaves everything open.
 #[test]
 fn built_in_scenes() {
@@ -52,4 +54,32 @@ fn direct_light_in_the_cornell_box_has_much_less_variance() {
     });
     println!("direct light: {:.2} and {:.2} times the variance", aware / balance, optimal / balance);
     assert!(aware < 0.5 * balance && optimal < 0.8 * balance, "{aware} and {optimal} against {balance}");
+}
+
+/// By roulette that follows the throughput, say, a path is chosen with a chance that depends on the strategy and is in no density, and control variates
+/// would no longer cancel.
+#[test]
+fn optimal_weights_refuse_what_no_density_knows() {
+    let scene = builtin("cornell_box", 8);
+    let settings = RenderSettings {
+        orders: Orders::up_to(2),
+        tail: false,
+        samples_per_replicate: 1,
+        seed: 1,
+        sampler: SamplerKind::Independent,
+        instance: String::new(),
+        role: Role::Estimate,
+    };
+    let refused = |key: &str, value: Value| {
+        let method = method_with("bdpt", json!({"mis": "optimal", key: value}));
+        Render::new(&scene, method.as_ref(), settings.clone()).err().map(|error| error.to_string())
+    };
+    for (key, value) in
+        [("roulette", json!("throughput")), ("connections", json!("resampled")), ("next_event_candidates", json!(2))]
+    {
+        let message = refused(key, value).expect("it would be biased");
+        assert!(message.contains(key) && message.contains("mis=balance"), "{message}");
+    }
+    assert_eq!(refused("connections", json!("roulette")), None);
+    assert_eq!(refused("light_paths", json!(2)), None);
 }

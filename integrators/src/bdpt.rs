@@ -8,6 +8,7 @@
 //! What is left to settings moves no mean: how strategies are weighted, where walks end, how many light subpaths there are to a
 //! camera subpath, and which connections a ray is traced for.
 
+mod classes;
 mod controls;
 mod join;
 mod lattice;
@@ -132,14 +133,31 @@ impl Bdpt {
     }
 }
 
+impl Bdpt {
+    /// A setting by which paths are chosen with a chance that no density knows.
+    fn unknown_to_densities(&self) -> Option<&'static str> {
+        if self.roulette == SubpathRoulette::Throughput {
+            Some("roulette=throughput")
+        } else if self.connections == Connections::Resampled {
+            Some("connections=resampled")
+        } else if self.next_event_candidates != NonZeroU16::MIN {
+            Some("next_event_candidates above 1")
+        } else {
+            None
+        }
+    }
+}
+
 impl Estimator for Bdpt {
     const CLASSIFIES: bool = true;
 
     fn unsupported_request(&self, request: &Request) -> Option<String> {
         if self.mis == Weighting::Optimal
-            && (self.connections == Connections::Resampled || self.next_event_candidates.get() > 1)
+            && let Some(setting) = self.unknown_to_densities()
         {
-            return Some("its optimal weights know of no choice among connections or candidates; set mis=balance, connections=all or next_event_candidates=1".into());
+            return Some(format!(
+                "its optimal weights need densities that say all, without {setting}; set mis=balance or leave that out"
+            ));
         }
         let endless = request.tail() && self.roulette == SubpathRoulette::None;
         endless.then(|| {

@@ -13,7 +13,7 @@ mod sums;
 
 pub use crate::block::{Block, Blocks, TILE, Window};
 use crate::contribution::{Contribution, Sink, Technique, Wants};
-use crate::fireflies::{Fireflies, size};
+use crate::fireflies::{Fireflies, brought};
 use crate::integrator::Pixel;
 use crate::measurement::Counters;
 use crate::request::Request;
@@ -221,12 +221,12 @@ impl BlockFilm<'_> {
         }
         let value = c.value * c.weight as f32;
         if let Some(fireflies) = &mut self.fireflies {
-            let size = size(value) * self.scale;
-            if fireflies.takes(layer, size) {
+            let brought = brought(value) * self.scale;
+            if fireflies.takes(layer, brought.abs()) {
                 fireflies.keep(layer, c, f64::from(self.scale), (self.pixel, self.sample));
             }
-            if size.is_finite() {
-                fireflies.count(layer, size);
+            if brought.is_finite() {
+                fireflies.count(layer, brought);
             }
         }
         if !(value.is_finite() && c.raster.is_finite()) {

@@ -48,12 +48,18 @@ impl Firefly {
     }
 }
 
-/// By which contributions are compared.
+/// By which contributions are compared: whatever their sign, as optimal weights may give it.
 #[inline]
 pub(crate) fn size(value: Spectrum) -> f32 {
+    brought(value).abs()
+}
+
+/// What a contribution brings, mean of channels; infinite where that is not finite.
+#[inline]
+pub(crate) fn brought(value: Spectrum) -> f32 {
     let [r, g, b] = value.to_array();
     let mean = (r + g + b) / 3.0;
-    if mean.is_finite() { mean.max(0.0) } else { f32::INFINITY }
+    if mean.is_finite() { mean } else { f32::INFINITY }
 }
 
 /// The largest contributions of every layer, and the tails of what its samples bring.
@@ -109,7 +115,7 @@ impl Fireflies {
     pub(crate) fn end_sample(&mut self) {
         if std::mem::take(&mut self.at_work) {
             for &layer in &self.met {
-                self.tails[layer].add(f64::from(std::mem::take(&mut self.sample[layer])));
+                self.tails[layer].add(f64::from(std::mem::take(&mut self.sample[layer]).abs()));
             }
             self.met.clear();
             self.samples += 1;
@@ -125,12 +131,13 @@ impl Fireflies {
 
     /// Counts a contribution of the sample at work to a layer of the film. What is beyond all numbers counts as the largest.
     #[inline]
-    pub(crate) fn count(&mut self, layer: usize, size: f32) {
-        if size > 0.0 {
-            if self.sample[layer] == 0.0 {
+    pub(crate) fn count(&mut self, layer: usize, brought: f32) {
+        if brought != 0.0 {
+            // A sum may come back to 0.
+            if self.sample[layer] == 0.0 && !self.met.contains(&layer) {
                 self.met.push(layer);
             }
-            self.sample[layer] = (self.sample[layer] + size).min(f32::MAX);
+            self.sample[layer] = (self.sample[layer] + brought).clamp(-f32::MAX, f32::MAX);
         }
     }
 

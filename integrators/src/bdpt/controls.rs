@@ -26,7 +26,7 @@ use scenes::Scene;
 
 /// What is added to the diagonal of G, times the number of pairs: what so many paths of other strategies have there, as a pilot may not have met.
 const RIDGES: [f64; 4] = [4.0, 16.0, 64.0, 256.0];
-/// The share of the variance that control variates must take away in the other half of the pilot.
+/// The share of the variance that control variates of one half of the pilot must take away in the other, both ways together.
 const LEAST: f64 = 0.05;
 
 /// Finds the α for a replicate, as luminances, and tells the work done.
@@ -40,18 +40,25 @@ pub(super) fn controls(
     let (lattice, size) = (pilot.lattice, (scene.camera.width(), scene.camera.height()));
     let orders = request.last_order().map_or(ORDERS, |last| last + 1);
     let mut controls = PerStrategy::all(0.0, size, lattice.edge(), orders);
-    let rows: Vec<u32> = (0..size.1).step_by(lattice.edge() as usize).collect();
-    let rows: Vec<Row> = rows.into_par_iter().map(|first| trace(&pilot, &controls, first)).collect();
+    let (columns, orders) = (controls.columns(), controls.orders());
+    let mut cells = no_cells(columns * size.1.div_ceil(lattice.edge()) as usize, orders);
     let mut counters = Counters::default();
-    let (mut cells, mut splats) = (Vec::new(), Vec::new());
-    for row in rows {
-        counters += row.counters;
-        cells.extend(row.cells);
-        splats.extend(row.splats);
-    }
-    // One after the other, so that threads are no matter.
-    for Splat { cell, order, half, g, value } in &splats {
-        cells[*cell][*order][*half].add(g, *value);
+    let lines: Vec<u32> = lattice.within(0..size.1).collect();
+    // So many at once that there is work for all, and put together one after the other, so that threads are no matter.
+    for lines in lines.chunks(2 * rayon::current_num_threads()) {
+        let rows: Vec<Row> = lines.par_iter().map(|&y| trace(&pilot, &controls, y)).collect();
+        for (y, row) in lines.iter().zip(rows) {
+            counters += row.counters;
+            let first = (y / lattice.edge()) as usize * columns;
+            for (cell, of_row) in cells[first..].iter_mut().zip(&row.cells) {
+                cell.iter_mut()
+                    .zip(of_row)
+                    .for_each(|(sum, found)| (0..2).for_each(|half| sum[half].merge(&found[half])));
+            }
+            for Splat { cell, order, half, g, value } in &row.splats {
+                cells[*cell][*order][*half].add(g, *value);
+            }
+        }
     }
     let in_a_cell = controls.in_a_cell();
     controls.values.par_chunks_mut(in_a_cell).zip(&cells).for_each(|(of_cell, orders)| {
@@ -66,9 +73,15 @@ pub(super) fn controls(
 /// Of an order in a cell, from either half of its pixels.
 type Halves = [Regression; 2];
 
-/// What is found from a row of cells.
+/// Nothing found as yet, in so many cells and orders.
+fn no_cells(cells: usize, orders: usize) -> Vec<Vec<Halves>> {
+    let of_order = |order| [Regression::new(order + 2), Regression::new(order + 2)];
+    vec![(0..orders).map(of_order).collect(); cells]
+}
+
+/// What is found from a row of pixels.
 struct Row {
-    /// Of every cell and order.
+    /// Of every order in the cells that it goes through.
     cells: Vec<Vec<Halves>>,
     splats: Vec<Splat>,
     counters: Counters,
@@ -83,12 +96,10 @@ struct Splat {
     value: f64,
 }
 
-/// Takes the samples of the row of cells that begins with a row of pixels. `places` tells places.
-fn trace(pilot: &Pilot, places: &PerStrategy, first: u32) -> Row {
+/// Takes the samples of a row of pixels. `places` tells places.
+fn trace(pilot: &Pilot, places: &PerStrategy, y: u32) -> Row {
     let (lattice, orders) = (pilot.lattice, places.orders());
-    let of_cell = |_| (0..orders).map(|order| [Regression::new(order + 2), Regression::new(order + 2)]).collect();
-    let mut cells: Vec<Vec<Halves>> = (0..places.columns()).map(of_cell).collect();
-    let mut counters = Counters::default();
+    let mut cells = no_cells(places.columns(), orders);
     let mut witness = Shares {
         scene: pilot.scene,
         strategies: pilot.settings.strategies(pilot.scene, pilot.request),
@@ -97,16 +108,14 @@ fn trace(pilot: &Pilot, places: &PerStrategy, first: u32) -> Row {
         own: vec![0.0; strategies_below(orders) + orders],
         splats: Vec::new(),
     };
-    for y in lattice.within(first..(first + lattice.edge()).min(pilot.scene.camera.height())) {
-        counters += pilot.trace(y, &mut witness, |x, a, b| {
-            let half = lattice.half(x, y);
-            let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
-            let (g, values) = difference.split_at(strategies_below(orders));
-            for (order, halves) in cells[(x / lattice.edge()) as usize].iter_mut().enumerate() {
-                halves[half].add(&g[strategies_below(order)..][..order + 2], values[order]);
-            }
-        });
-    }
+    let counters = pilot.trace(y, &mut witness, |x, a, b| {
+        let half = lattice.half(x, y);
+        let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+        let (g, values) = difference.split_at(strategies_below(orders));
+        for (order, halves) in cells[(x / lattice.edge()) as usize].iter_mut().enumerate() {
+            halves[half].add(&g[strategies_below(order)..][..order + 2], values[order]);
+        }
+    });
     Row { cells, splats: witness.splats, counters }
 }
 
@@ -137,13 +146,10 @@ impl Regression {
         }
     }
 
-    fn sum(&self, other: &Self) -> Self {
-        let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + b).collect();
-        Self {
-            gram: sum(&self.gram, &other.gram),
-            cross: sum(&self.cross, &other.cross),
-            variance: self.variance + other.variance,
-        }
+    fn merge(&mut self, other: &Self) {
+        self.gram.iter_mut().zip(&other.gram).for_each(|(sum, g)| *sum += g);
+        self.cross.iter_mut().zip(&other.cross).for_each(|(sum, c)| *sum += c);
+        self.variance += other.variance;
     }
 
     /// What α add to the variance, times the number of pairs: `αᵀ G α + 2 αᵀ c`.
@@ -182,10 +188,12 @@ impl Regression {
 fn fitted([first, second]: &Halves) -> Vec<f64> {
     let judged = |ridge: f64| second.change(&first.solved(ridge)) + first.change(&second.solved(ridge));
     let best = RIDGES.into_iter().map(|ridge| (judged(ridge), ridge)).min_by(|a, b| a.0.total_cmp(&b.0));
-    best.filter(|(change, _)| *change < -LEAST * (first.variance + second.variance))
-        .map(|(_, ridge)| first.sum(second).solved(ridge))
+    let mut both = first.clone();
+    both.merge(second);
+    best.filter(|(change, _)| *change < -LEAST * both.variance)
+        .map(|(_, ridge)| both.solved(ridge))
         .filter(|alpha| alpha.iter().all(|alpha| alpha.is_finite()))
-        .unwrap_or_else(|| vec![0.0; first.cross.len()])
+        .unwrap_or_else(|| vec![0.0; both.cross.len()])
 }
 
 /// Sees the shares of strategies in paths.
@@ -270,7 +278,8 @@ mod tests {
         let alpha = fitted(&halves);
         // Only their difference matters, and the ridge makes their sum 0.
         assert!((alpha[0] - 0.35).abs() < 0.02 && (alpha[1] + 0.35).abs() < 0.02, "{alpha:?}");
-        let both = halves[0].sum(&halves[1]);
+        let mut both = halves[0].clone();
+        both.merge(&halves[1]);
         let left = both.variance + both.change(&alpha);
         assert!((left / (4000.0 / 12.0) - 1.0).abs() < 0.05, "{left}");
     }

@@ -1,7 +1,7 @@
 //! The connections between a camera subpath and light subpaths.
 
 use super::{Bdpt, Connections, Weighting};
-use crate::connect::{Densities, EmitterEnd, Strategies, direction};
+use crate::connect::{Densities, EmitterEnd, Strategies};
 use crate::contribution::{Contribution, PathView, Sink, Technique};
 use crate::lpe::Classifier;
 use crate::measurement::Counters;
@@ -9,7 +9,7 @@ use crate::next_event::{Candidates, FURTHER, NextEvent, camera_response, sample_
 use crate::request::Request;
 use crate::reservoir::Reservoir;
 use crate::scratch::LightPath;
-use crate::trail::{self, Bounce, Trail, Trails};
+use crate::trail::{self, Trails};
 use crate::vertex::{PathVertex, Site};
 use sampling::Vec2;
 use sampling::bsdf::TransportMode;
@@ -35,16 +35,16 @@ pub(super) struct Join<'a, S> {
 }
 
 /// A path that is whole but for a ray between its two subpaths.
-struct Connection<'c> {
-    raster: Vec2,
+pub(super) struct Connection<'c> {
+    pub raster: Vec2,
     /// The number of its first vertex among those of all light subpaths.
-    first: usize,
-    light: &'c [PathVertex],
-    camera: &'c [PathVertex],
+    pub first: usize,
+    pub light: &'c [PathVertex],
+    pub camera: &'c [PathVertex],
     /// Density of the emitter's vertex as seen from the next one.
-    next_event: f64,
-    value: Spectrum,
-    ray: Ray,
+    pub next_event: f64,
+    pub value: Spectrum,
+    pub ray: Ray,
 }
 
 impl<'a, S: Sink> Join<'a, S> {
@@ -370,40 +370,5 @@ impl<'a, S: Sink> Join<'a, S> {
         let path = if S::WANTS.vertices { PathView { light, camera } } else { PathView::default() };
         let classes = if self.classifier().is_some() { &self.trails.classes[..] } else { &[] };
         self.out.add(Contribution { raster, technique, value, weight, path, emitter: Some(emitter), classes });
-    }
-
-    /// Follows the words of all subpaths.
-    pub(super) fn follow(&mut self, classifier: &Classifier) {
-        let Trails { camera, light, .. } = &mut *self.trails;
-        camera.clear();
-        camera.follow(classifier, Subpath::Camera, classifier.camera_start(), self.camera);
-        light.clear();
-        for LightPath { vertices, .. } in self.paths {
-            let vertices = &self.light[vertices.clone()];
-            let Site::Emitter(emitter, _) = &vertices[0].site else { continue };
-            light.follow(classifier, Subpath::Light, classifier.light_start(emitter.0 as usize), vertices);
-        }
-    }
-
-    /// Finds the classes of a connected path, whose subpaths scatter at their last vertices, if these are surfaces, towards one
-    /// another.
-    fn classify(&mut self, classifier: &Classifier, connection: &Connection, emitter: EmitterId) {
-        let &Connection { first, light, camera, .. } = connection;
-        let (y, z) = (&light[light.len() - 1], &camera[camera.len() - 1]);
-        let d = direction(z, y);
-        let Trails { camera: from_camera, light: from_light, classes } = &mut *self.trails;
-        let (camera_start, light_start) = (classifier.camera_start(), classifier.light_start(emitter.0 as usize));
-        let scatter = |trail: &mut Trail, subpath, number, vertex: &PathVertex, wi, start| match &vertex.site {
-            Site::Surface(hit) => {
-                let bounce = Bounce { hit, wo: vertex.wo, wi, delta: false };
-                trail.scatter(classifier, subpath, number, &bounce);
-            }
-            Site::Camera(_) | Site::Emitter(..) => trail.begin(start),
-        };
-        scatter(from_camera, Subpath::Camera, camera.len() - 1, z, d, camera_start);
-        scatter(from_light, Subpath::Light, first + light.len() - 1, y, -d, light_start);
-        trail::join(classifier, from_camera.at(from_camera.last()), from_light.at(from_light.last()), classes);
-        from_camera.pop();
-        from_light.pop();
     }
 }

@@ -37,7 +37,7 @@ impl Lattice {
         Self { width, height, step, pairs: (wanted / taken).max(1) as u32 }
     }
 
-    /// Edge of the cells that have factors of their own \[pixels\].
+    /// Edge of the cells that have numbers of their own \[pixels\].
     pub fn edge(self) -> u32 {
         self.step * PIXELS_OF_A_CELL
     }

@@ -12,6 +12,9 @@ use scenes::Scene;
 /// Orders from here on are weighted by their densities alone: what pilots find grows with the square of the last order.
 pub const ORDERS: usize = 17;
 
+/// Paths that bring less than this have no control variates.
+const LEAST: f64 = 1e-30;
+
 /// A number of every strategy, by cell of the image and order.
 #[derive(Clone, Debug)]
 pub struct PerStrategy {
@@ -91,7 +94,7 @@ impl Densities {
 
     /// By the number of light vertices.
     #[inline]
-    pub fn values(&self) -> &[f64] {
+    fn values(&self) -> &[f64] {
         &self.values[..self.count]
     }
 
@@ -106,15 +109,15 @@ impl Densities {
     /// what the strategy contributes alone and ᾱ the mean of the α by their densities.
     ///
     /// Since `Σ_s p_s (α_s − ᾱ) = 0` and C is in inverse proportion to `p_s`, weights sum to one, whatever α are; those that make the variance
-    /// least are the optimal weights of \[Kondapaneni19, eq. 14\].
+    /// least are the optimal weights of \[Kondapaneni19\].
     #[inline]
     pub fn weight_by_controls(&self, controls: &[f32], luminance: f64) -> f64 {
         let share = 1.0 / self.sum();
         let mean: f64 =
             self.values().iter().zip(controls).map(|(p, &control)| p * f64::from(control)).sum::<f64>() * share;
         let excess = f64::from(controls[self.own]) - fault!("controls_without_their_mean", mean, 0.0);
-        // Densities beyond all bounds leave nothing to this strategy.
-        if luminance > 0.0 && share > 0.0 { share + excess / luminance } else { share }
+        // What the balance heuristic brings is the same by all strategies, so that they agree on what is too little to be divided by.
+        if luminance * share > LEAST { share + excess / luminance } else { share }
     }
 
     /// The derivatives of `α_s − ᾱ` by every α, added up: 1 by the strategy's own, less the shares by density.

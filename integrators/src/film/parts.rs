@@ -2,7 +2,7 @@
 
 use super::{BlockFilm, PixelSink};
 use crate::contribution::{Contribution, Sink, Wants};
-use crate::fireflies::size;
+use crate::fireflies::brought;
 use crate::integrator::Pixel;
 use crate::trail::ClassShare;
 use sampling::Spectrum;
@@ -20,7 +20,7 @@ impl Sink for PartsFilm<'_, '_> {
         let parts = film.request.parts();
         if let Some(strategy) = parts.strategy(c.technique) {
             let scale = film.scale;
-            film.fireflies.iter_mut().for_each(|found| found.count(strategy + 1, size(c.value) * scale));
+            film.fireflies.iter_mut().for_each(|found| found.count(strategy + 1, brought(c.value) * scale));
             let weight = c.weight as f32;
             film.place(&c, strategy, [value, c.value, Spectrum::new(weight, 1.0, weight + 1.0)]);
         }

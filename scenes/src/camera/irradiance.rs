@@ -124,7 +124,7 @@ impl Irradiance {
     pub(super) fn sample_we(&self, raster: Vec2, u: Vec2) -> WeSample {
         let at = self.sample_point(u);
         let Vec2 { x, y } = raster / self.raster.size();
-        let local = warp::cosine_hemisphere(vec2(x, 1.0 - y));
+        let local = warp::cosine_hemisphere(vec2(x, (1.0 - y).min(1.0_f32.next_down())));
         let d = self.frame(at.ng).to_world(local);
         let ray = Ray::new(at.offset_toward(d), d);
         WeSample { ray, at, weight: Self::WEIGHT, pdf_p: 1.0 / self.area, pdf_d: local.z * FRAC_1_PI }
