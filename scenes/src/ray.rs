@@ -15,8 +15,8 @@ pub struct Ray {
     pub d: Vec3,
     /// End of the interval, in units of `d`; infinite for walks, [`SEGMENT_END`] for segments.
     pub t_max: f32,
-    /// The [facets](SurfacePoint::facet) that its two ends lie on. It does not meet them in between, which only `f64` could tell of what is so near
-    /// its ends.
+    /// The [facets](SurfacePoint::facet) that its two ends lie on, where it is certain that it does not meet them in between: of what is so near to its
+    /// ends only `f64` could tell.
     pub facets: [u32; 2],
 }
 
@@ -85,7 +85,7 @@ impl SurfacePoint {
     /// The ray that leaves in direction `d` (unit).
     #[inline]
     pub fn spawn(&self, d: Vec3) -> Ray {
-        let facets = [self.facet, NO_FACET];
+        let facets = [self.facet_left_by(d, d), NO_FACET];
         Ray { o: fault!("start_not_moved", self.offset_toward(d), self.p), d, t_max: f32::INFINITY, facets }
     }
 
@@ -96,8 +96,21 @@ impl SurfacePoint {
         let o = self.offset_toward(towards);
         // The far end is reached only to the rounding of `d`, which is charged to its error.
         let end = other.moved_toward(-towards, other.p_error + rounding(towards));
-        let facets = [self.facet, other.facet];
-        Ray { o, d: end - o, t_max: fault!("segment_meets_its_end", SEGMENT_END, 1.01), facets }
+        let d = end - o;
+        let facets = [self.facet_left_by(towards, d), other.facet_left_by(-towards, -d)];
+        Ray { o, d, t_max: fault!("segment_meets_its_end", SEGMENT_END, 1.01), facets }
+    }
+
+    /// The facet, if a line in direction `d` from the point, moved to the side that `towards` points to, for certain never comes to its plane: both
+    /// directions are far enough off the plane for the signs of their products with its normal to be right.
+    #[inline]
+    fn facet_left_by(&self, towards: Vec3, d: Vec3) -> u32 {
+        const LEAST: f32 = 16.0 * UNIT_ROUNDOFF;
+        let size = |v: Vec3| v.x.abs() + v.y.abs() + v.z.abs();
+        let (side, along) = (self.ng.dot(towards), self.ng.dot(d));
+        let is_left =
+            side.abs() > LEAST * size(towards) && along.abs() > LEAST * size(d) && (side > 0.0) == (along > 0.0);
+        if is_left { self.facet } else { NO_FACET }
     }
 
     #[inline]
