@@ -159,7 +159,7 @@ pub fn enter<'a>(
     let u = sampler.get_2d(Purpose::ProbePosition);
     let (sin, cos) = warp::sin_cos_turns(u.y);
     let disc = Vec2::new(cos, sin) * subsurface.sample_radius(channel, u.x);
-    let SurfacePoint { p, ng, p_error, .. } = hit.point;
+    let SurfacePoint { p, ng, p_error } = hit.point;
     let probe = Probe { subsurface, frame: Frame::from_z(ng), p_error, p };
     found.points.clear();
     found.weights.clear();

@@ -15,13 +15,7 @@ pub struct Ray {
     pub d: Vec3,
     /// End of the interval, in units of `d`; infinite for walks, [`SEGMENT_END`] for segments.
     pub t_max: f32,
-    /// The [facets](SurfacePoint::facet) that its two ends lie on, where it is certain that it does not meet them in between: of what is so near to its
-    /// ends only `f64` could tell.
-    pub facets: [u32; 2],
 }
-
-/// What stands for a facet where there is none.
-pub const NO_FACET: u32 = u32::MAX;
 
 /// Where a segment's interval ends: eight roundings short of the far end, so that no surface which that end happens to lie on hides it,
 /// as a wall does whose distance is rounded. It matters to ends that no normal leads off a surface: a camera or a point emitter at a wall.
@@ -31,7 +25,7 @@ impl Ray {
     /// The unbounded ray from `o` along `d`.
     #[inline]
     pub fn new(o: Vec3, d: Vec3) -> Self {
-        Ray { o, d, t_max: f32::INFINITY, facets: [NO_FACET; 2] }
+        Ray { o, d, t_max: f32::INFINITY }
     }
 
     /// The point at parameter `t`, to rounding.
@@ -53,27 +47,19 @@ pub struct SurfacePoint {
     pub ng: Vec3,
     /// How far an origin must be moved along the normal to be off the surface for certain \[m\].
     pub p_error: f32,
-    /// The scene's triangle that it lies on, as numbered when built; [`NO_FACET`] on other surfaces, in instances, and off surfaces.
-    pub facet: u32,
 }
 
 impl SurfacePoint {
     /// A point that lies on no surface: a pinhole, a point emitter.
     #[inline]
     pub fn free(p: Vec3) -> Self {
-        SurfacePoint { p, ng: Vec3::ZERO, p_error: 0.0, facet: NO_FACET }
+        SurfacePoint { p, ng: Vec3::ZERO, p_error: 0.0 }
     }
 
     /// A point on a surface, rounded to `f32` after an evaluation whose own error is at most `residual` \[m\].
     #[inline]
     pub fn on_surface(p: Vec3, ng: Vec3, residual: f32) -> Self {
-        SurfacePoint { p, ng, p_error: rounding(p) + residual, facet: NO_FACET }
-    }
-
-    /// The same on a triangle of the scene.
-    #[inline]
-    pub fn on_facet(self, facet: u32) -> Self {
-        SurfacePoint { facet, ..self }
+        SurfacePoint { p, ng, p_error: rounding(p) + residual }
     }
 
     /// The position moved off the surface to the side that `d` points to.
@@ -85,8 +71,7 @@ impl SurfacePoint {
     /// The ray that leaves in direction `d` (unit).
     #[inline]
     pub fn spawn(&self, d: Vec3) -> Ray {
-        let facets = [self.facet_left_by(d, d), NO_FACET];
-        Ray { o: fault!("start_not_moved", self.offset_toward(d), self.p), d, t_max: f32::INFINITY, facets }
+        Ray { o: fault!("start_not_moved", self.offset_toward(d), self.p), d, t_max: f32::INFINITY }
     }
 
     /// The segment between two points, both ends moved off their surfaces towards one another; `t` in (0, 1) lies between.
@@ -96,21 +81,7 @@ impl SurfacePoint {
         let o = self.offset_toward(towards);
         // The far end is reached only to the rounding of `d`, which is charged to its error.
         let end = other.moved_toward(-towards, other.p_error + rounding(towards));
-        let d = end - o;
-        let facets = [self.facet_left_by(towards, d), other.facet_left_by(-towards, -d)];
-        Ray { o, d, t_max: fault!("segment_meets_its_end", SEGMENT_END, 1.01), facets }
-    }
-
-    /// The facet, if a line in direction `d` from the point, moved to the side that `towards` points to, for certain never comes to its plane: both
-    /// directions are far enough off the plane for the signs of their products with its normal to be right.
-    #[inline]
-    fn facet_left_by(&self, towards: Vec3, d: Vec3) -> u32 {
-        const LEAST: f32 = 16.0 * UNIT_ROUNDOFF;
-        let size = |v: Vec3| v.x.abs() + v.y.abs() + v.z.abs();
-        let (side, along) = (self.ng.dot(towards), self.ng.dot(d));
-        let is_left =
-            side.abs() > LEAST * size(towards) && along.abs() > LEAST * size(d) && (side > 0.0) == (along > 0.0);
-        if is_left { self.facet } else { NO_FACET }
+        Ray { o, d: end - o, t_max: fault!("segment_meets_its_end", SEGMENT_END, 1.01) }
     }
 
     #[inline]

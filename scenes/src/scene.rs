@@ -90,7 +90,7 @@ impl BoundingSphere {
     /// Where it ends in direction `d` (unit): what stands for light that arrives from there.
     #[inline]
     pub(crate) fn far_point(&self, d: Vec3) -> SurfacePoint {
-        SurfacePoint { ng: -d, ..SurfacePoint::free(self.center + d * self.radius) }
+        SurfacePoint { p: self.center + d * self.radius, ng: -d, p_error: 0.0 }
     }
 
     /// A ray that flies in from direction `d` (unit), uniform over the disc across the sphere, which meets all of the scene.

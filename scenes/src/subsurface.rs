@@ -3,7 +3,7 @@
 use crate::accel::Primitive;
 use crate::interaction::Interaction;
 use crate::material::{Material, MaterialId};
-use crate::ray::{NO_FACET, Ray, SurfacePoint};
+use crate::ray::{Ray, SurfacePoint};
 use crate::scene::{BoundingSphere, Scene};
 use crate::shape::{Analytic, Triangle};
 use crate::surface::{AnalyticInfo, Surface, TriangleInfo};
@@ -53,7 +53,7 @@ impl Body {
         if (to_center - axis * along).length_squared() > reach * reach {
             return None;
         }
-        Some(Ray { o: p + axis * (along - reach), d: axis, t_max: 2.0 * reach, facets: [NO_FACET; 2] })
+        Some(Ray { o: p + axis * (along - reach), d: axis, t_max: 2.0 * reach })
     }
 }
 

@@ -84,14 +84,14 @@ pub(super) mod eight {
         #[inline]
         pub fn closest(self, accel: &Accel, ray: &Ray) -> Option<Hit> {
             // SAFETY: there is an `Avx2`, so the processor has what the function is compiled for.
-            unsafe { closest(self, accel, ray.o.x, ray.o.y, ray.o.z, ray.d.x, ray.d.y, ray.d.z, ray.t_max, ray.facets) }
+            unsafe { closest(self, accel, ray.o.x, ray.o.y, ray.o.z, ray.d.x, ray.d.y, ray.d.z, ray.t_max) }
         }
 
         /// Whether any surface is on the ray's interval, compiled for AVX2.
         #[inline]
         pub fn any(self, accel: &Accel, ray: &Ray) -> bool {
             // SAFETY: as above.
-            unsafe { any(self, accel, ray.o.x, ray.o.y, ray.o.z, ray.d.x, ray.d.y, ray.d.z, ray.t_max, ray.facets) }
+            unsafe { any(self, accel, ray.o.x, ray.o.y, ray.o.z, ray.d.x, ray.d.y, ray.d.z, ray.t_max) }
         }
 
         /// [`Accel::closest_with`], compiled for AVX2.
@@ -120,26 +120,14 @@ pub(super) mod eight {
         d_y: f32,
         d_z: f32,
         t_max: f32,
-        facets: [u32; 2],
     ) -> Option<Hit> {
-        accel.closest_hit::<Eight>(proof, &Ray { o: vec3(o_x, o_y, o_z), d: vec3(d_x, d_y, d_z), t_max, facets })
+        accel.closest_hit::<Eight>(proof, &Ray { o: vec3(o_x, o_y, o_z), d: vec3(d_x, d_y, d_z), t_max })
     }
 
     #[allow(clippy::too_many_arguments)]
     #[target_feature(enable = "avx2,bmi1")]
-    fn any(
-        proof: Avx2,
-        accel: &Accel,
-        o_x: f32,
-        o_y: f32,
-        o_z: f32,
-        d_x: f32,
-        d_y: f32,
-        d_z: f32,
-        t_max: f32,
-        facets: [u32; 2],
-    ) -> bool {
-        let ray = Ray { o: vec3(o_x, o_y, o_z), d: vec3(d_x, d_y, d_z), t_max, facets };
+    fn any(proof: Avx2, accel: &Accel, o_x: f32, o_y: f32, o_z: f32, d_x: f32, d_y: f32, d_z: f32, t_max: f32) -> bool {
+        let ray = Ray { o: vec3(o_x, o_y, o_z), d: vec3(d_x, d_y, d_z), t_max };
         accel.any_with::<Eight>(proof, &Query::new(&ray), f64::from(t_max))
     }
 

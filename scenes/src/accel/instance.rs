@@ -9,7 +9,7 @@
 use super::crossings::Primitive;
 use super::query::{Line, Query};
 use super::{ANALYTIC, Accel, Best, Hit, Kernel, PLACED, Placed};
-use crate::ray::{NO_FACET, Ray, rounding};
+use crate::ray::{Ray, rounding};
 use crate::shape::{Analytic, Triangle};
 use glam::{DAffine3, DMat3, DVec3};
 use sampling::Vec3;
@@ -180,7 +180,7 @@ impl Prototype {
         let origin = o + d * start;
         // With room for the rounding of the difference: what is nearest is decided outside.
         let t_max = (t_max - start) * (1.0 + 4.0 * f64::EPSILON);
-        let local = Ray { o: origin.as_vec3(), d: d.as_vec3(), t_max: (t_max as f32).next_up(), facets: [NO_FACET; 2] };
+        let local = Ray { o: origin.as_vec3(), d: d.as_vec3(), t_max: (t_max as f32).next_up() };
         Within { ray: local, exact: [origin, d], start, t_max }
     }
 

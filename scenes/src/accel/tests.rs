@@ -86,7 +86,7 @@ fn delicate_ray(random: &mut Random, triangle: &Triangle) -> Ray {
         _ => random.direction() * 2.0,
     };
     let t_max = [f32::INFINITY, 1.0, 1.0 + 1e-7, 2.0 * random.next_1d()][(random.next_1d() * 4.0) as usize];
-    Ray { t_max, ..Ray::new(o, target - o) }
+    Ray { o, d: target - o, t_max }
 }
 
 #[test]
@@ -159,7 +159,7 @@ fn all_kernels_find_the_same_hits_in_extreme_numbers() {
                 d[axis] = [0.0, -0.0, 1e-42, -1e-39, 1e-25, d[axis]][i % 6];
                 let o = target - d * (random.next_1d() * scale / d.abs().max_element().max(f32::MIN_POSITIVE));
                 let t_max = [f32::INFINITY, f32::MAX, random.next_1d(), 0.0][i % 4];
-                let ray = Ray { t_max, ..Ray::new(o, d) };
+                let ray = Ray { o, d, t_max };
                 let (a, b) = (portable.closest(&ray), other.closest(&ray));
                 let number = |hit: &Option<Hit>| match hit {
                     Some(Hit::Triangle { t, id, p, b }) => {

@@ -177,11 +177,8 @@ impl Accel {
         let block = &self.blocks[index as usize];
         let mut candidates = block.candidates::<L>(proof, query, best.limit());
         while let Some(candidate) = candidates.take() {
-            let (lane, id) = (candidate.0, block.id(candidate.0));
-            if query.line.ray.facets[0] == id {
-                continue;
-            }
-            let crossing = block.crossing(candidate, query);
+            let (crossing, lane) = (block.crossing(candidate, query), candidate.0);
+            let id = block.id(lane);
             if best.is_after(crossing.t, id) {
                 (best.t, best.slot, best.id) = (crossing.t, index * LANES as u32 + lane as u32, id);
                 best.at = crossing.point();
@@ -263,9 +260,6 @@ impl Accel {
         let block = &self.blocks[index as usize];
         let mut candidates = block.candidates::<L>(proof, query, t_max as f32 * FAR);
         while let Some(candidate) = candidates.take() {
-            if query.line.ray.facets.contains(&block.id(candidate.0)) {
-                continue;
-            }
             let t = block.crossing(candidate, query).t;
             if t > 0.0 && t < t_max {
                 return true;

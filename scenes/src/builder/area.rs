@@ -42,12 +42,8 @@ impl Parts {
             }
             _ => None,
         };
-        let first_facet = match placed {
-            Placed::Analytic => 0,
-            Placed::Quad { range, .. } | Placed::Mesh(range) => range.start as u32,
-        };
-        let mean_radiance = linear.unwrap_or(Spectrum::ZERO);
-        let mut emitter = AreaEmitter { shape, emission, area: area as f32, first_facet, mean_radiance, chart };
+        let mut emitter =
+            AreaEmitter { shape, emission, area: area as f32, mean_radiance: linear.unwrap_or(Spectrum::ZERO), chart };
         if linear.is_none() {
             let mean = emitter.mean_over((0..POINTS).map(spread));
             emitter.mean_radiance = ends.iter().fold(mean, |mean, &end| mean.max(end * LEAST_MEAN));

@@ -36,7 +36,7 @@ impl Orthographic {
     /// A point of the film; its normal is the direction of all rays.
     #[inline]
     fn on_film(&self, p: Vec3) -> SurfacePoint {
-        SurfacePoint { ng: self.view.forward, ..SurfacePoint::free(p) }
+        SurfacePoint { p, ng: self.view.forward, p_error: 0.0 }
     }
 
     #[inline]

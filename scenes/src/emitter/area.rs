@@ -79,8 +79,6 @@ pub struct AreaEmitter {
     pub emission: Emission,
     /// Surface area \[m²\], one side.
     pub area: f32,
-    /// The number of its first triangle in the scene, if it has any.
-    pub(crate) first_facet: u32,
     /// Mean radiance over the area; for what is read by coordinates only nearly.
     pub mean_radiance: Spectrum,
     /// Where the radiance is read by texture coordinates or vertex colours, those of sampled points.
@@ -140,8 +138,8 @@ impl AreaEmitter {
     #[inline]
     fn sample_area(&self, u: Vec2) -> Sampled {
         match &self.shape {
-            AreaShape::Quad(quad) => self.on_quad(quad, u),
-            AreaShape::Rectangle(rectangle) => self.on_quad(&rectangle.quad, u),
+            AreaShape::Quad(quad) => Sampled::whole(quad.sample(u), u),
+            AreaShape::Rectangle(rectangle) => Sampled::whole(rectangle.quad.sample(u), u),
             AreaShape::Sphere(sphere) => Sampled::whole(sphere.sample_area(u).at, u),
             AreaShape::Disk(disk) => Sampled::whole(disk.sample(u), u),
             AreaShape::Cylinder(cylinder) => Sampled::whole(cylinder.sample(u), u),
@@ -153,17 +151,10 @@ impl AreaEmitter {
                 let b = warp::uniform_triangle(vec2(rest.min(1.0f32.next_down()), u.y));
                 let (triangle, ng) = &triangles[index];
                 let ng = fault!("sampled_normals_turned_over", *ng, -*ng);
-                let at = triangle.point([b.y.into(), b.z.into()], ng).on_facet(self.first_facet + index as u32);
+                let at = triangle.point([b.y.into(), b.z.into()], ng);
                 Sampled { at, triangle: index as u32, b: vec2(b.y, b.z) }
             }
         }
-    }
-
-    /// The place at these shares of a quad's edges.
-    #[inline]
-    fn on_quad(&self, quad: &Parallelogram, b: Vec2) -> Sampled {
-        let (triangle, at) = quad.sample(b);
-        Sampled::whole(at.on_facet(self.first_facet + triangle), b)
     }
 
     /// A sphere whose outside emits is sampled by the cone it fills, where it is seen from outside.
@@ -208,7 +199,7 @@ impl AreaEmitter {
         let sampled = match &near {
             Some((rectangle, seen)) => {
                 let b = seen.sample(u);
-                self.on_quad(&rectangle.quad, b)
+                Sampled::whole(rectangle.quad.sample(b), b)
             }
             None => self.sample_area(u),
         };

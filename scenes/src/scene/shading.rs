@@ -81,7 +81,7 @@ impl Scene {
                     None => info.ng,
                     Some(index) => self.attributes[index as usize].normal(id, b, info.ng),
                 };
-                let point = SurfacePoint::on_surface(p, info.ng, info.residual).on_facet(id);
+                let point = SurfacePoint::on_surface(p, info.ng, info.residual);
                 Found { point, t, ns, surface }
             }
             Hit::PlacedTriangle { .. } | Hit::PlacedAnalytic { .. } => self.found_placed(hit),
@@ -125,7 +125,7 @@ impl Scene {
         };
         let p_error = self.accel.instance(index).p_error(p, ng, residual);
         let surface = &self.surfaces[surface as usize];
-        Found { point: SurfacePoint { ng, p_error, ..SurfacePoint::free(p) }, t, ns, surface }
+        Found { point: SurfacePoint { p, ng, p_error }, t, ns, surface }
     }
 
     #[inline(never)]

@@ -136,7 +136,7 @@ mod tests {
             let u = vec2((i % N) as f32 + 0.5, (i / N) as f32 + 0.5) / N as f32;
             let part = |b: sampling::Vec2| (b.y * 8.0) as usize * 8 + (b.x * 8.0) as usize;
             counts[part(seen.sample(u))] += seen.solid_angle() / (N * N) as f64;
-            let d = (quad.sample(u).1.p - p).as_dvec3();
+            let d = (quad.sample(u).p - p).as_dvec3();
             parts[part(u)] += 1.5 / (N * N) as f64 * d.dot(quad.normals[0].as_dvec3()).abs() / d.length().powi(3);
         }
         for (i, (count, part)) in counts.iter().zip(&parts).enumerate() {

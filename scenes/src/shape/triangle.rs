@@ -63,15 +63,15 @@ impl Parallelogram {
         [Triangle([a, b, c]), Triangle([a, c, d])]
     }
 
-    /// The point at `u`, uniform over the area and continuous in `u`, on the one of the two triangles that a ray there would meet, which comes first.
+    /// The point at `u`, uniform over the area and continuous in `u`, on the triangle that a ray there would meet.
     #[inline]
-    pub fn sample(&self, u: Vec2) -> (u32, SurfacePoint) {
+    pub fn sample(&self, u: Vec2) -> SurfacePoint {
         let (x, y) = (f64::from(u.x), f64::from(u.y));
         let [a, b, c, d] = self.corners;
         if x >= y {
-            (0, Triangle([a, b, c]).point([x - y, y], self.normals[0]))
+            Triangle([a, b, c]).point([x - y, y], self.normals[0])
         } else {
-            (1, Triangle([a, c, d]).point([x, y - x], self.normals[1]))
+            Triangle([a, c, d]).point([x, y - x], self.normals[1])
         }
     }
 }
