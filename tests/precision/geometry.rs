@@ -160,8 +160,8 @@ fn cones_discs_and_hemispheres() {
     for _ in 0..TRIES {
         let u = vec2(dice.share(), dice.share());
         let at = || format!("{u}");
-        // The concentric map's radius is the larger of the two coordinates of the square.
-        let offset = (2.0 * u.as_dvec2() - 1.0).abs();
+        // The concentric map's radius is the larger of the two coordinates of the square, in the middle of the numbers' intervals of 2⁻²⁴.
+        let offset = (2.0 * u.as_dvec2() - (1.0 - 2.0_f64.powi(-24))).abs();
         let r = offset.max_element();
         let disc = warp::uniform_disk(u).as_dvec2();
         radius.add_in(disc.length(), r, single(r.max(1e-3)), at);
