@@ -35,7 +35,7 @@ fn any_runs_have_the_means_of_one_method() {
 #[test]
 fn light_that_only_some_methods_carry_is_all_there() {
     let runs = [("light", "0", 1.0), ("bdpt", "2-8", 3.0), ("path", "1", 1.0)];
-    let entries = [composite(&runs, 320).up_to(4), Entry::new("bdpt", 128).without_roulette()];
+    let entries = [composite(&runs, 224).up_to(4), Entry::new("bdpt", 96).without_roulette()];
     agree("composite on glass_caustic", &builtin("glass_caustic", SIZE), 8, &entries, 0.3);
 }
 
@@ -46,7 +46,7 @@ fn runs_in_regions_have_the_means_of_one_method_in_every_built_in_scene() {
     for (name, samples, conclusive) in [
         ("cornell_box", 64, 0.4),
         ("furnace", 16, 0.9),
-        ("glass_caustic", 160, 0.3),
+        ("glass_caustic", 128, 0.3),
         ("indirect_lamp", 64, 0.3),
         ("integrating_sphere", 16, 0.9),
         ("mirror_caustic", 96, 0.3),

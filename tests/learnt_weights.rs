@@ -33,8 +33,9 @@ fn enclosures_of_known_orders() {
 #[test]
 fn built_in_scenes() {
     for (name, max_order) in [("cornell_box", 6), ("veach_mis", 6), ("glass_caustic", 1), ("indirect_lamp", 4)] {
+        let samples = if name == "veach_mis" { 64 } else { 32 };
         let entry =
-            |label, mis| Entry::new("bdpt", 48).with(label, json!({"mis": mis, "roulette": "none"})).by_night(8);
+            |label, mis| Entry::new("bdpt", samples).with(label, json!({"mis": mis, "roulette": "none"})).by_night(8);
         let mut entries = vec![entry("by densities", "balance"), entry("by variances", "variance_aware")];
         // Elsewhere a few contributions decide, by all weights alike.
         if ["cornell_box", "indirect_lamp"].contains(&name) {

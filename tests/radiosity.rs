@@ -213,7 +213,7 @@ fn what_escapes_is_what_escapes_of_walks() {
         let settings: Radiosity = serde_json::from_value(json!({"elements": 2560})).unwrap();
         let solution = settings.solve(&scene, &Request::new(Orders::up_to(MAX_ORDER), false)).unwrap();
         let key = |replicate| StreamKey::new(seed(), "flux", Role::Estimate, replicate);
-        let walks: Vec<Flux> = (0..128).map(|r| Flux::of(&scene, &[], MAX_ORDER, key(r), 16_384)).collect();
+        let walks: Vec<Flux> = (0..64).map(|r| Flux::of(&scene, &[], MAX_ORDER, key(r), 16_384)).collect();
         for (order, flux) in solution.report.flux.iter().enumerate() {
             let escaped: Vec<f64> = walks.iter().map(|walks| grey(walks.escaped[order])).collect();
             let walked = Estimate::of(&escaped);

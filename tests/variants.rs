@@ -63,7 +63,7 @@ fn weights_of_bidirectional_path_tracing() {
 
 #[test]
 fn connections_of_bidirectional_path_tracing() {
-    let entry = |label, settings| Entry::new("bdpt", 40).with(label, settings).by_night(4);
+    let entry = |label, settings| Entry::new("bdpt", 32).with(label, settings).by_night(4);
     let entries = [
         entry("every connection", json!({"roulette": "none"})),
         entry("several light subpaths", json!({"roulette": "none", "light_paths": 3})),
