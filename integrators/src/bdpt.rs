@@ -33,6 +33,7 @@ use crate::start::{CameraStart, start_camera, start_light};
 use crate::vertex::{PathVertex, Site};
 use crate::walk::{Departure, Stop, WalkRules, walk};
 use join::Join;
+use lattice::Pilot;
 use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
 use sampling::sampler::{Sampler, Subpath};
@@ -131,9 +132,7 @@ impl Bdpt {
             camera: rules(Subpath::Camera, camera),
         }
     }
-}
 
-impl Bdpt {
     /// A setting by which paths are chosen with a chance that no density knows.
     fn unknown_to_densities(&self) -> Option<&'static str> {
         if self.roulette == SubpathRoulette::Throughput {
@@ -172,14 +171,15 @@ impl Estimator for Bdpt {
     }
 
     fn prepare(&self, scene: &Scene, request: &Request, replicate: &Replicate) -> Option<Self> {
-        let learn = match self.mis {
+        let pilot = || Pilot::new(self, scene, request, replicate);
+        let learnt = match self.mis {
             Weighting::Heuristic(_) => None,
-            Weighting::VarianceAware => Some(variances::factors as fn(&Self, &_, &_, &_) -> _),
-            Weighting::Optimal => Some(controls::controls as _),
+            Weighting::VarianceAware => Some(variances::factors(&pilot())),
+            Weighting::Optimal => Some(controls::controls(&pilot())),
         };
         let plays = self.connections == Connections::Roulette;
-        let mut prepared = (learn.is_some() || plays).then(|| self.clone())?;
-        prepared.learnt = learn.map(|learn| Arc::new(learn(self, scene, request, replicate)));
+        let mut prepared = (learnt.is_some() || plays).then(|| self.clone())?;
+        prepared.learnt = learnt.map(Arc::new);
         if plays {
             prepared.threshold = pilot::threshold(&prepared, scene, request, replicate);
         }

@@ -114,10 +114,10 @@
 //! - `[King13]` A. King, C. Kulla, A. Conty, M. Fajardo: *BSSRDF importance sampling*, SIGGRAPH 2013 talks.
 //! - `[Knight13]` P. A. Knight, D. Ruiz: *A fast algorithm for matrix balancing*, IMA Journal of Numerical Analysis 33(3), 2013.
 //! - `[Knaus11]` C. Knaus, M. Zwicker: *Progressive photon mapping: a probabilistic approach*, ACM Transactions on Graphics 30(3), 2011.
-//! - `[Kulla17]` C. Kulla, A. Conty: *Revisiting physically based shading at Imageworks*, SIGGRAPH 2017 course
-//!   *Physically based shading in theory and practice*.
 //! - `[Kondapaneni19]` I. Kondapaneni, P. Vévoda, P. Grittmann, T. Skřivan, P. Slusallek, J. Křivánek: *Optimal multiple importance sampling*, ACM
 //!   Transactions on Graphics 38(4), 2019.
+//! - `[Kulla17]` C. Kulla, A. Conty: *Revisiting physically based shading at Imageworks*, SIGGRAPH 2017 course
+//!   *Physically based shading in theory and practice*.
 //! - `[Lafortune93]` E. P. Lafortune, Y. D. Willems: *Bi-directional path tracing*, Compugraphics 1993.
 //! - `[Lafortune94]` E. P. Lafortune, Y. D. Willems: *Using the modified Phong reflectance model for physically based
 //!   rendering*, report CW 197, KU Leuven, 1994.
@@ -135,8 +135,8 @@
 //! - `[ONeill14]` M. E. O'Neill: *PCG: a family of simple fast space-efficient statistically good algorithms for
 //!   random number generation*, HMC-CS-2014-0905, 2014.
 //! - `[Oren94]` M. Oren, S. K. Nayar: *Generalization of Lambert's reflectance model*, SIGGRAPH 1994.
-//! - `[PBRT3]` M. Pharr, W. Jakob, G. Humphreys: *Physically Based Rendering*, 3rd edition, 2016.
 //! - `[Owen00]` A. Owen, Y. Zhou: *Safe and effective importance sampling*, Journal of the American Statistical Association 95(449), 2000.
+//! - `[PBRT3]` M. Pharr, W. Jakob, G. Humphreys: *Physically Based Rendering*, 3rd edition, 2016.
 //! - `[PBRT4]` M. Pharr, W. Jakob, G. Humphreys: *Physically Based Rendering*, 4th edition, 2023.
 //! - `[Perlin02]` K. Perlin: *Improving noise*, SIGGRAPH 2002.
 //! - `[Phong75]` B. T. Phong: *Illumination for computer generated pictures*, Communications of the ACM 18(6), 1975.

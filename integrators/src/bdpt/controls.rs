@@ -13,13 +13,10 @@
 //! Paths that bring nothing take no part. That of a connection which is blocked no other strategy could have made, and light that meets the dark side
 //! of a surface is rare.
 
-use super::Bdpt;
 use super::lattice::{Lattice, Pilot, Witness};
-use crate::connect::{Densities, EmitterEnd, ORDERS, PerStrategy, Strategies, strategies_below};
+use crate::connect::{Densities, EmitterEnd, PerStrategy, Strategies, strategies_below};
 use crate::contribution::{Contribution, Sink, Technique, Wants};
-use crate::integrator::Replicate;
 use crate::measurement::Counters;
-use crate::request::Request;
 use crate::vertex::Site;
 use rayon::prelude::*;
 use scenes::Scene;
@@ -30,30 +27,21 @@ const RIDGES: [f64; 4] = [4.0, 16.0, 64.0, 256.0];
 const LEAST: f64 = 0.05;
 
 /// Finds the α for a replicate, as luminances, and tells the work done.
-pub(super) fn controls(
-    settings: &Bdpt,
-    scene: &Scene,
-    request: &Request,
-    replicate: &Replicate,
-) -> (PerStrategy, Counters) {
-    let pilot = Pilot::new(settings, scene, request, replicate);
-    let (lattice, size) = (pilot.lattice, (scene.camera.width(), scene.camera.height()));
-    let orders = request.last_order().map_or(ORDERS, |last| last + 1);
-    let mut controls = PerStrategy::all(0.0, size, lattice.edge(), orders);
+pub(super) fn controls(pilot: &Pilot) -> (PerStrategy, Counters) {
+    let lattice = pilot.lattice;
+    let mut controls = pilot.table(0.0);
     let (columns, orders) = (controls.columns(), controls.orders());
-    let mut cells = no_cells(columns * size.1.div_ceil(lattice.edge()) as usize, orders);
+    let mut cells = no_cells(controls.cells(), orders);
     let mut counters = Counters::default();
-    let lines: Vec<u32> = lattice.within(0..size.1).collect();
+    let lines: Vec<u32> = lattice.lines().collect();
     // So many at once that there is work for all, and put together one after the other, so that threads are no matter.
     for lines in lines.chunks(2 * rayon::current_num_threads()) {
-        let rows: Vec<Row> = lines.par_iter().map(|&y| trace(&pilot, &controls, y)).collect();
+        let rows: Vec<Row> = lines.par_iter().map(|&y| trace(pilot, &controls, y)).collect();
         for (y, row) in lines.iter().zip(rows) {
             counters += row.counters;
             let first = (y / lattice.edge()) as usize * columns;
             for (cell, of_row) in cells[first..].iter_mut().zip(&row.cells) {
-                cell.iter_mut()
-                    .zip(of_row)
-                    .for_each(|(sum, found)| (0..2).for_each(|half| sum[half].merge(&found[half])));
+                cell.iter_mut().flatten().zip(of_row.iter().flatten()).for_each(|(sum, found)| sum.merge(found));
             }
             for Splat { cell, order, half, g, value } in &row.splats {
                 cells[*cell][*order][*half].add(g, *value);

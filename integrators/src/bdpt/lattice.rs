@@ -1,6 +1,7 @@
 //! Pilots that take pairs of samples all over the image, to learn what strategies are worth.
 
 use super::{Bdpt, Connections};
+use crate::connect::{ORDERS, PerStrategy};
 use crate::contribution::Sink;
 use crate::integrator::{Estimator, Pixel, Replicate};
 use crate::measurement::Counters;
@@ -48,8 +49,13 @@ impl Lattice {
     }
 
     /// Rows and columns of a range that are multiples of the step.
-    pub fn within(self, range: Range<u32>) -> impl Iterator<Item = u32> {
+    fn within(self, range: Range<u32>) -> impl Iterator<Item = u32> {
         range.step_by(self.step as usize)
+    }
+
+    /// Rows of the image in which there are samples.
+    pub fn lines(self) -> impl Iterator<Item = u32> {
+        self.within(0..self.height)
     }
 
     /// Pilot samples, in parts of one in every pixel.
@@ -98,6 +104,12 @@ impl<'a> Pilot<'a> {
         Self { settings: Bdpt { connections, ..settings.clone() }, scene, request, replicate, lattice }
     }
 
+    /// The same number for all strategies, in the cells of the lattice.
+    pub fn table(&self, value: f32) -> PerStrategy {
+        let orders = self.request.last_order().map_or(ORDERS, |last| last + 1);
+        PerStrategy::all(value, (self.lattice.width, self.lattice.height), self.lattice.edge(), orders)
+    }
+
     /// Takes the pairs of a row of pixels; `pair` is told the column of each and what its two samples brought.
     pub fn trace(&self, y: u32, witness: &mut impl Witness, mut pair: impl FnMut(u32, &[f64], &[f64])) -> Counters {
         let &Self { ref settings, scene, request, replicate, lattice } = self;
@@ -124,8 +136,6 @@ impl<'a> Pilot<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::connect::PerStrategy;
-
     #[test]
     fn a_lattice_takes_a_sixteenth_of_the_samples_at_most_and_its_cells_cover_the_image() {
         for (size, samples) in [((256, 256), 16), ((64, 64), 8), ((100, 37), 1), ((1, 1), 1), ((31, 9), 4096)] {

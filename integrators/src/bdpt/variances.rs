@@ -8,35 +8,24 @@
 //!
 //! Moments are those of a pixel by one sample in every pixel, weighted by the balance heuristic; correlations of strategies are left out.
 
-use super::Bdpt;
 use super::lattice::{Pilot, Witness};
-use crate::connect::{ORDERS, PerStrategy, strategies_below};
+use crate::connect::{PerStrategy, strategies_below};
 use crate::contribution::{Contribution, Sink, Technique, Wants};
-use crate::integrator::Replicate;
 use crate::measurement::Counters;
-use crate::request::Request;
 use rayon::prelude::*;
 use sampling::vec2;
-use scenes::Scene;
 
 /// The largest factor. A pilot may not have met what is rare and bright; with this bound no contribution is more than so many times what it is by
 /// the balance heuristic, `v_s f / Σ v_i p_i ≤ max v · f / Σ p_i`, nor is the sum of second moments.
 const MOST: f64 = 8.0;
 
 /// Finds the factors for a replicate, and tells the work done.
-pub(super) fn factors(
-    settings: &Bdpt,
-    scene: &Scene,
-    request: &Request,
-    replicate: &Replicate,
-) -> (PerStrategy, Counters) {
-    let pilot = Pilot::new(settings, scene, request, replicate);
-    let (lattice, size) = (pilot.lattice, (scene.camera.width(), scene.camera.height()));
-    let orders = request.last_order().map_or(ORDERS, |last| last + 1);
-    let mut factors = PerStrategy::all(1.0, size, lattice.edge(), orders);
+pub(super) fn factors(pilot: &Pilot) -> (PerStrategy, Counters) {
+    let lattice = pilot.lattice;
+    let mut factors = pilot.table(1.0);
     // Put together row by row, so that threads are no matter.
-    let lines: Vec<u32> = lattice.within(0..size.1).collect();
-    let rows: Vec<Row> = lines.into_par_iter().map(|y| trace(&pilot, &factors, y)).collect();
+    let lines: Vec<u32> = lattice.lines().collect();
+    let rows: Vec<Row> = lines.into_par_iter().map(|y| trace(pilot, &factors, y)).collect();
     let mut counters = Counters::default();
     let mut moments = vec![Moments::default(); factors.values.len()];
     for row in &rows {

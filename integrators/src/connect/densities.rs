@@ -51,6 +51,11 @@ impl PerStrategy {
         strategies_below(self.orders)
     }
 
+    /// All cells.
+    pub fn cells(&self) -> usize {
+        self.columns * self.rows
+    }
+
     /// Cells in a row of the image.
     pub fn columns(&self) -> usize {
         self.columns
@@ -188,12 +193,7 @@ impl Strategies {
         let s = light.len();
         let mut product = 1.0;
         for i in (0..s).rev() {
-            let from_camera = match s - 1 - i {
-                0 => joint.0,
-                1 => joint.1,
-                _ => light[i].pdf_rev,
-            };
-            let step = ratio(from_camera, light[i].pdf_fwd);
+            let step = ratio(beyond(joint, s - 1 - i, &light[i]), light[i].pdf_fwd);
             product = times(product, step);
             // What has no density is no rival, nor is any that would have it as a factor.
             if product == 0.0 {
@@ -227,12 +227,7 @@ impl Strategies {
         let mut product = 1.0;
         for more in 1..t {
             let j = t - more;
-            let from_light = match more {
-                1 => joint.0,
-                2 => joint.1,
-                _ => camera[j].pdf_rev,
-            };
-            let step = ratio(from_light, camera[j].pdf_fwd);
+            let step = ratio(beyond(joint, more - 1, &camera[j]), camera[j].pdf_fwd);
             product = times(product, step);
             if product == 0.0 {
                 break;
@@ -242,6 +237,16 @@ impl Strategies {
             }
             delta = camera[j - 1].delta;
         }
+    }
+}
+
+/// The density from the other end of the vertex that comes so many before a subpath's last: those of the last two are known by the connection alone.
+#[inline]
+fn beyond(joint: (f64, f64), before_last: usize, vertex: &PathVertex) -> f64 {
+    match before_last {
+        0 => joint.0,
+        1 => joint.1,
+        _ => vertex.pdf_rev,
     }
 }
 
