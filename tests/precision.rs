@@ -7,6 +7,7 @@ mod facets;
 mod geometry;
 mod refraction;
 mod scattering;
+mod solid_angles;
 mod statistics;
 
 use glam::DVec3;

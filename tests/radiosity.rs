@@ -177,7 +177,7 @@ fn in_the_cornell_box_the_error_falls_with_the_elements() {
     let budget = Budget { sampler: SamplerKind::Stratified, ..Budget::samples(32) };
     let path = measure(&scene, method("path").as_ref(), "path", budget.up_to(3));
     let blocks = path.blocks(8);
-    let meshes = [125, 500, 2000].map(|elements| (elements, radiosity(&scene, elements, "linear", "error")));
+    let meshes = [80, 320, 1280].map(|elements| (elements, radiosity(&scene, elements, "linear", "error")));
     for order in 1..=3 {
         let truth: Vec<Estimate> = blocks.iter().map(|pixels| path.over(order, pixels)).collect();
         let mean = truth.iter().map(|t| t.mean).sum::<f64>() / truth.len() as f64;
@@ -210,7 +210,7 @@ fn in_the_cornell_box_the_error_falls_with_the_elements() {
 fn what_escapes_is_what_escapes_of_walks() {
     let mut family = Family::new("escape");
     for (scene, bound) in [(open_room(2.0), 0.0), (builtin("cornell_box", 16), 0.004)] {
-        let settings: Radiosity = serde_json::from_value(json!({"elements": 2560})).unwrap();
+        let settings: Radiosity = serde_json::from_value(json!({"elements": 1280})).unwrap();
         let solution = settings.solve(&scene, &Request::new(Orders::up_to(MAX_ORDER), false)).unwrap();
         let key = |replicate| StreamKey::new(seed(), "flux", Role::Estimate, replicate);
         let walks: Vec<Flux> = (0..64).map(|r| Flux::of(&scene, &[], MAX_ORDER, key(r), 16_384)).collect();

@@ -27,6 +27,7 @@ struct Report<'a> {
     /// What light-path expressions may call surfaces.
     labels: Vec<String>,
     emitter_choice: &'a str,
+    emitter_points: &'a str,
     camera: String,
     crop: Option<[u32; 4]>,
     needs: &'a Needs,
@@ -115,6 +116,7 @@ fn describe<'a>(scene: &'a Scene, found: &[Note], registry: &Methods) -> Result<
         light_groups: scene.labels.groups().into_iter().map(|group| (group.name, group.emitters.len())).collect(),
         labels: scene.labels.surfaces().concat().into_iter().collect::<BTreeSet<_>>().into_iter().collect(),
         emitter_choice: scene.choice_rule.name(),
+        emitter_points: scene.point_rule.name(),
         camera: scene.camera.to_string(),
         crop: scene.crop.map(|Crop { x, y, width, height }| [x, y, width, height]),
         needs: &scene.needs,
@@ -165,6 +167,7 @@ fn in_words(report: &Report) -> String {
         ("light groups", listed(report.light_groups.iter().map(|(name, count)| format!("{name} ({count})")))),
         ("labels", listed(report.labels.iter().cloned())),
         ("emitter choice", report.emitter_choice.to_owned()),
+        ("emitter points", report.emitter_points.to_owned()),
         ("environment", yes(needs.environment).to_owned()),
         ("textures", yes(needs.textures).to_owned()),
         ("masks", yes(needs.masks).to_owned()),

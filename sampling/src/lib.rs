@@ -37,6 +37,7 @@
 //! - `[Ahmed20]` A. G. M. Ahmed, P. Wonka: *Screen-space blue-noise diffusion of Monte Carlo sampling error via hierarchical
 //!   ordering of pixels*, ACM Transactions on Graphics 39(6), 2020.
 //! - `[Arvo94]` J. Arvo: *The irradiance Jacobian for partially occluded polyhedral sources*, SIGGRAPH 1994.
+//! - `[Arvo95]` J. Arvo: *Stratified sampling of spherical triangles*, SIGGRAPH 1995.
 //! - `[Ashikhmin00]` M. Ashikhmin, P. Shirley: *An anisotropic Phong BRDF model*, Journal of Graphics Tools 5(2), 2000.
 //! - `[Ashikhmin07]` M. Ashikhmin, S. Premože: *Distribution-based BRDFs*, technical report, University of Utah, 2007.
 //! - `[Bagher12]` M. M. Bagher, C. Soler, N. Holzschuch: *Accurate fitting of measured reflectances using a shifted gamma
@@ -169,6 +170,8 @@
 //!   reflection*, JOSA 65(5), 1975.
 //! - `[Urena13]` C. Ureña, M. Fajardo, A. King: *An area-preserving parametrization for spherical rectangles*, Computer Graphics
 //!   Forum 32(4), 2013.
+//! - `[VanOosterom83]` A. van Oosterom, J. Strackee: *The solid angle of a plane triangle*, IEEE Transactions on Biomedical
+//!   Engineering BME-30(2), 1983.
 //! - `[Veach97]` E. Veach: *Robust Monte Carlo methods for light transport simulation*, PhD thesis, Stanford, 1997.
 //! - `[Vegdahl21]` N. Vegdahl: *Building a better LK hash*, psychopath.io, 2021.
 //! - `[Vose91]` M. D. Vose: *A linear algorithm for generating random numbers with a given distribution*,

@@ -4,8 +4,10 @@
 //! the unit square stay compact.
 
 mod rectangle;
+mod triangle;
 
 pub use rectangle::SphericalRectangle;
+pub use triangle::SphericalTriangle;
 
 use crate::math::elementary::{exp_m1, ln_1p};
 use glam::{Vec2, Vec3, vec2, vec3};

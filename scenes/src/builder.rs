@@ -11,7 +11,7 @@ mod similar;
 mod varying;
 
 pub use crate::camera::{CameraSettings, Crop, Projection};
-pub use crate::emitter::{ChoiceRule, Emission, EnvironmentImage, Falloff, Mapping, Spot};
+pub use crate::emitter::{ChoiceRule, Emission, EnvironmentImage, Falloff, Mapping, PointRule, Spot};
 pub use crate::shape::{MeshData, ShapeId};
 pub use groups::GroupId;
 pub use similar::Similarity;
@@ -58,6 +58,7 @@ pub struct SceneBuilder {
     /// The one that was added last.
     last_emitter: (usize, usize),
     choice_rule: Option<ChoiceRule>,
+    point_rule: PointRule,
     camera: Option<CameraSettings>,
     notes: Vec<String>,
     series: Series,
@@ -135,6 +136,7 @@ impl SceneBuilder {
             emitter_labels: BTreeMap::new(),
             last_emitter: (0, 0),
             choice_rule: None,
+            point_rule: PointRule::default(),
             camera: None,
             notes: Vec::new(),
             series: Series::default(),
@@ -273,6 +275,11 @@ impl SceneBuilder {
     /// Says how next-event estimation chooses among emitters, which otherwise depends on how many there are.
     pub fn emitter_choice(&mut self, rule: ChoiceRule) {
         self.choice_rule = Some(rule);
+    }
+
+    /// Says how next-event estimation places points on surfaces that emit.
+    pub fn emitter_points(&mut self, rule: PointRule) {
+        self.point_rule = rule;
     }
 
     /// Places the camera.

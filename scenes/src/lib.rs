@@ -59,8 +59,8 @@ pub mod tilt;
 
 pub use accel::Kernel;
 pub use builder::{
-    CameraSettings, ChoiceRule, Emission, EnvironmentImage, Falloff, GroupId, Mapping, MeshData, SceneBuilder, ShapeId,
-    Similarity, Spot,
+    CameraSettings, ChoiceRule, Emission, EnvironmentImage, Falloff, GroupId, Mapping, MeshData, PointRule,
+    SceneBuilder, ShapeId, Similarity, Spot,
 };
 pub use camera::{Camera, Crop, Projection, Rays, WeSample, WiSample};
 pub use emitter::{Emitter, EmitterId, Endpoint, EndpointKind, LeSample, LiSample};

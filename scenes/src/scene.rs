@@ -12,6 +12,7 @@ use crate::builtin;
 use crate::camera::{Camera, Crop};
 use crate::emitter::{
     ChoiceRule, Emitter, EmitterChoice, EmitterId, Endpoint, EndpointKind, LeSample, LiSample, NextEventChoice,
+    PointRule,
 };
 use crate::interaction::Interaction;
 use crate::labels::Labels;
@@ -42,6 +43,8 @@ pub struct Scene {
     pub environment: Option<EmitterId>,
     /// How next-event estimation chooses among emitters.
     pub choice_rule: ChoiceRule,
+    /// How it places points on surfaces that emit.
+    pub point_rule: PointRule,
     /// What was approximated or left out when it was loaded.
     pub notes: Vec<String>,
     /// How much of the series is rendered unless something else is asked for.

@@ -4,7 +4,7 @@ use super::parts::{Parts, Placed};
 use super::varying::spread;
 use crate::emitter::{AreaChart, AreaEmitter, AreaShape, Emission};
 use crate::error::SceneError;
-use crate::shape::{Analytic, Rectangle, Triangle};
+use crate::shape::{Analytic, FewTriangles, Rectangle, Triangle};
 use crate::surface::Attributes;
 use crate::texture::{SurfaceCoordinates, Texture};
 use sampling::Vec3;
@@ -28,7 +28,7 @@ impl Parts {
         ends: &[Spectrum],
         name: &str,
     ) -> Result<AreaEmitter, SceneError> {
-        let (shape, area) = (self.area_shape(placed), self.area(placed));
+        let (shape, area) = (self.area_shape(placed, emission.two_sided), self.area(placed));
         if area.is_nan() || area <= 0.0 {
             return Err(SceneError::invalid(
                 format!("{name} emits but has no area"),
@@ -42,8 +42,9 @@ impl Parts {
             }
             _ => None,
         };
+        let mean_radiance = linear.unwrap_or(Spectrum::ZERO);
         let mut emitter =
-            AreaEmitter { shape, emission, area: area as f32, mean_radiance: linear.unwrap_or(Spectrum::ZERO), chart };
+            AreaEmitter { shape, emission, area: area as f32, mean_radiance, points: self.point_rule, chart };
         if linear.is_none() {
             let mean = emitter.mean_over((0..POINTS).map(spread));
             emitter.mean_radiance = ends.iter().fold(mean, |mean, &end| mean.max(end * LEAST_MEAN));
@@ -65,7 +66,7 @@ impl Parts {
         }
     }
 
-    fn area_shape(&self, placed: &Placed) -> AreaShape {
+    fn area_shape(&self, placed: &Placed, two_sided: bool) -> AreaShape {
         match placed {
             Placed::Analytic => match self.analytic.last().expect("it has just been placed") {
                 Analytic::Sphere(sphere) => AreaShape::Sphere(*sphere),
@@ -76,7 +77,7 @@ impl Parts {
                 Some(rectangle) => AreaShape::Rectangle(Box::new(rectangle)),
                 None => AreaShape::Quad(*quad),
             },
-            Placed::Mesh(range) => self.emitting_mesh(range.clone()),
+            Placed::Mesh(range) => self.emitting_mesh(range.clone(), two_sided),
         }
     }
 
@@ -116,7 +117,7 @@ impl Parts {
         Spectrum::from(mean.map(|value| value as f32))
     }
 
-    fn emitting_mesh(&self, range: Range<usize>) -> AreaShape {
+    fn emitting_mesh(&self, range: Range<usize>, two_sided: bool) -> AreaShape {
         let triangles: Vec<(Triangle, Vec3)> =
             range.map(|index| (self.triangles[index], self.infos[index].ng)).collect();
         let cumulative = triangles
@@ -126,6 +127,7 @@ impl Parts {
                 Some(*sum)
             })
             .collect();
-        AreaShape::Mesh { triangles, cumulative }
+        let few = FewTriangles::new(&triangles, two_sided).map(Box::new);
+        AreaShape::Mesh { triangles, cumulative, few }
     }
 }

@@ -31,6 +31,7 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
         materials: materials(&builder.materials, shift, skip),
         material_names: std::mem::take(&mut builder.material_names),
         varies: builder.materials.iter().map(|material| !material.parts().is_empty()).collect(),
+        point_rule: builder.point_rule,
         ..Parts::default()
     };
     for shape in direct {
@@ -88,7 +89,7 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
     // Skips change no image, so the hash is taken of what was given.
     let given = materials(&builder.materials, shift, Skip::Unneeded);
     let choice_rule = builder.choice_rule.unwrap_or_else(|| ChoiceRule::for_emitters(&parts.emitters));
-    let hash = hash(&parts.content(&given, environment, &camera), choice_rule);
+    let hash = hash(&parts.content(&given, environment, &camera), choice_rule, parts.point_rule);
     let (needs, facts) = (parts.needs(&camera, skip), parts.needs(&camera, Skip::Unneeded));
     let accel = parts.take_accel(camera.extent(), skip);
     Ok(Scene {
@@ -100,6 +101,7 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
         choice: EmitterChoice::new(&parts.emitters, skip)?,
         next_event_choice: NextEventChoice::new(choice_rule, &parts.emitters)?,
         choice_rule,
+        point_rule: parts.point_rule,
         emitters: parts.emitters,
         environment,
         notes: builder.notes,

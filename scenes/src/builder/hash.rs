@@ -3,7 +3,7 @@
 use super::parts::Kept;
 use crate::accel::Instance;
 use crate::camera::Camera;
-use crate::emitter::{ChoiceRule, Emitter, EmitterId};
+use crate::emitter::{ChoiceRule, Emitter, EmitterId, PointRule};
 use crate::material::Material;
 use crate::shape::{Analytic, Triangle};
 use crate::surface::{AnalyticInfo, Attributes, Surface, TriangleInfo};
@@ -25,8 +25,8 @@ pub(super) struct Content<'a> {
     pub camera: &'a Camera,
 }
 
-/// The BLAKE3 hash of a scene's content and of how its emitters are chosen, in hexadecimal digits. Floats count by their bits.
-pub(super) fn hash(content: &Content, choice_rule: ChoiceRule) -> String {
+/// The BLAKE3 hash of a scene's content and of how its emitters are sampled, in hexadecimal digits. Floats count by their bits.
+pub(super) fn hash(content: &Content, choice_rule: ChoiceRule, point_rule: PointRule) -> String {
     let mut hasher = Writer { hasher: blake3::Hasher::new(), buffer: Vec::with_capacity(BUFFER) };
     hasher.section("triangles", content.triangles.len());
     for triangle in content.triangles {
@@ -76,6 +76,9 @@ pub(super) fn hash(content: &Content, choice_rule: ChoiceRule) -> String {
     hasher.listing("camera", &[camera]);
     if choice_rule != ChoiceRule::Power {
         hasher.listing("emitter choice", &[choice_rule]);
+    }
+    if point_rule != PointRule::SolidAngle {
+        hasher.listing("emitter points", &[point_rule]);
     }
     hasher.finish()
 }

@@ -6,7 +6,7 @@ use super::varying::{Looked, check_coordinates, look};
 use super::{MaterialName, Shape};
 use crate::accel::{Accel, Instance, Prototype, are_few};
 use crate::camera::{Camera, Rays};
-use crate::emitter::{Emission, Emitter, EmitterId};
+use crate::emitter::{Emission, Emitter, EmitterId, PointRule};
 use crate::error::SceneError;
 use crate::labels::Labels;
 use crate::material::Material;
@@ -41,6 +41,7 @@ pub(super) struct Parts {
     pub attributes: Vec<Attributes>,
     pub labels: Labels,
     pub emitters: Vec<Emitter>,
+    pub point_rule: PointRule,
     /// How many triangles without area were left out.
     pub degenerate: usize,
     /// What is kept once, behind all that is not.

@@ -6,7 +6,7 @@ use sampling::math::Spectrum;
 use super::reader::{Table, Value};
 use super::textures::{Textures, choice};
 use super::{Origin, kind, tables, transform};
-use crate::builder::{ChoiceRule, EnvironmentImage, Falloff, Mapping, SceneBuilder, Spot};
+use crate::builder::{ChoiceRule, EnvironmentImage, Falloff, Mapping, PointRule, SceneBuilder, Spot};
 use crate::error::SceneError;
 use crate::texture::Encoding;
 
@@ -21,7 +21,7 @@ use crate::texture::Encoding;
 ///   [`Mapping::NAMES`], and the rotation of `transform`, which may mirror, turns the environment. Images of bytes are sRGB,
 ///   the others linear.
 ///
-/// Each may have a `label`, the light group that it belongs to. There is one `constant` or one `environment` at most. `emitter_choice` of the root is one of [`ChoiceRule::NAMES`].
+/// Each may have a `label`, the light group that it belongs to. There is one `constant` or one `environment` at most. `emitter_choice` of the root is one of [`ChoiceRule::NAMES`], and `emitter_points` one of [`PointRule::NAMES`].
 pub(super) fn read(root: &Table, origin: &Origin, builder: &mut SceneBuilder) -> Result<(), SceneError> {
     let mut surroundings: Option<&str> = None;
     for table in &tables(root, "emitters")? {
@@ -57,6 +57,9 @@ pub(super) fn read(root: &Table, origin: &Origin, builder: &mut SceneBuilder) ->
     }
     if let Some(place) = choice(root, "emitter_choice", &ChoiceRule::NAMES)? {
         builder.emitter_choice(ChoiceRule::ALL[place]);
+    }
+    if let Some(place) = choice(root, "emitter_points", &PointRule::NAMES)? {
+        builder.emitter_points(PointRule::ALL[place]);
     }
     Ok(())
 }

@@ -30,7 +30,8 @@
 //! "name"` places them, by any `transform` that can be undone.
 //!
 //! `emitter_choice`, at the top, says how next-event estimation chooses among emitters: one of
-//! [`ChoiceRule::NAMES`](crate::ChoiceRule::NAMES). Cameras, materials, shapes and emitters are described key by key where they are read, in
+//! [`ChoiceRule::NAMES`](crate::ChoiceRule::NAMES); `emitter_points`, how it places points on them: one of
+//! [`PointRule::NAMES`](crate::PointRule::NAMES). Cameras, materials, shapes and emitters are described key by key where they are read, in
 //! `camera.rs`, `materials.rs`, `shapes.rs`, `groups.rs` and `emitters.rs`; the keys of a
 //! material are the parameters of its model, [`ModelEntry::parameters`](sampling::bsdf::ModelEntry::parameters). An unknown key,
 //! name or type is an error with the nearest valid one; every error names the file, the line and the mend.
@@ -94,6 +95,7 @@ pub fn read(text: &str, origin: Origin, size: Option<(u32, u32)>) -> Result<Scen
         "shapes",
         "emitters",
         "emitter_choice",
+        "emitter_points",
     ])?;
     for key in ["title", "description"] {
         root.get(key).map(|value| value.text()).transpose()?;

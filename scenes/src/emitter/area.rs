@@ -2,7 +2,7 @@
 
 use super::{Endpoint, EndpointKind, LeSample, LiSample};
 use crate::ray::SurfacePoint;
-use crate::shape::{Cylinder, Disk, Parallelogram, Rectangle, Sphere, Triangle};
+use crate::shape::{Cylinder, Disk, FewTriangles, Parallelogram, Rectangle, SeenTriangles, Sphere, Triangle};
 use crate::surface::{Attributes, Chart};
 use crate::texture::{SurfaceCoordinates, Texture};
 use glam::Vec2Swizzles;
@@ -40,7 +40,48 @@ pub enum AreaShape {
         triangles: Vec<(Triangle, Vec3)>,
         /// The sum of the areas up to and including each triangle \[m²\].
         cumulative: Vec<f64>,
+        /// As they are sampled from near them, if they are few.
+        few: Option<Box<FewTriangles>>,
     },
+}
+
+/// How next-event estimation places points on surfaces that emit. Neither changes a mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PointRule {
+    /// By the solid angle that is seen from the point to be lit: spheres always; rectangles, and meshes of few triangles, from near them.
+    #[default]
+    SolidAngle,
+    /// Uniform over the area.
+    Area,
+}
+
+impl PointRule {
+    /// The names by which it is chosen.
+    pub const NAMES: [&str; 2] = ["solid_angle", "area"];
+    /// All of them, in the order of their names.
+    pub const ALL: [Self; 2] = [Self::SolidAngle, Self::Area];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+}
+
+/// The area as it is seen from a point near it.
+enum Near<'a> {
+    Rectangle(&'a Rectangle, SphericalRectangle),
+    Triangles(SeenTriangles<'a>),
+}
+
+impl Near<'_> {
+    /// The density of points on it [1/sr].
+    #[inline]
+    fn pdf(&self) -> f32 {
+        match self {
+            Near::Rectangle(_, seen) => seen.pdf(),
+            Near::Triangles(seen) => seen.pdf(),
+        }
+    }
 }
 
 /// The coordinates in which the radiance at sampled points is read.
@@ -81,6 +122,8 @@ pub struct AreaEmitter {
     pub area: f32,
     /// Mean radiance over the area; for what is read by coordinates only nearly.
     pub mean_radiance: Spectrum,
+    /// How points on it are sampled for a point to be lit.
+    pub points: PointRule,
     /// Where the radiance is read by texture coordinates or vertex colours, those of sampled points.
     pub(crate) chart: Option<Box<AreaChart>>,
 }
@@ -143,34 +186,64 @@ impl AreaEmitter {
             AreaShape::Sphere(sphere) => Sampled::whole(sphere.sample_area(u).at, u),
             AreaShape::Disk(disk) => Sampled::whole(disk.sample(u), u),
             AreaShape::Cylinder(cylinder) => Sampled::whole(cylinder.sample(u), u),
-            AreaShape::Mesh { triangles, cumulative } => {
+            AreaShape::Mesh { triangles, cumulative, .. } => {
                 let position = f64::from(u.x) * cumulative[cumulative.len() - 1];
                 let index = cumulative.partition_point(|&area| area <= position).min(triangles.len() - 1);
                 let before = if index == 0 { 0.0 } else { cumulative[index - 1] };
                 let rest = ((position - before) / (cumulative[index] - before)) as f32;
                 let b = warp::uniform_triangle(vec2(rest.min(1.0f32.next_down()), u.y));
-                let (triangle, ng) = &triangles[index];
-                let ng = fault!("sampled_normals_turned_over", *ng, -*ng);
-                let at = triangle.point([b.y.into(), b.z.into()], ng);
-                Sampled { at, triangle: index as u32, b: vec2(b.y, b.z) }
+                Self::on_mesh(triangles, index as u32, vec2(b.y, b.z))
             }
         }
+    }
+
+    #[inline]
+    fn on_mesh(triangles: &[(Triangle, Vec3)], index: u32, b: Vec2) -> Sampled {
+        let (triangle, ng) = &triangles[index as usize];
+        let ng = fault!("sampled_normals_turned_over", *ng, -*ng);
+        Sampled { at: triangle.point([b.x.into(), b.y.into()], ng), triangle: index, b }
     }
 
     /// A sphere whose outside emits is sampled by the cone it fills, where it is seen from outside.
     #[inline]
     fn cone_sphere(&self) -> Option<&Sphere> {
         match &self.shape {
-            AreaShape::Sphere(sphere) if self.emission.two_sided || !sphere.flipped => Some(sphere),
+            AreaShape::Sphere(sphere)
+                if self.points == PointRule::SolidAngle && (self.emission.two_sided || !sphere.flipped) =>
+            {
+                Some(sphere)
+            }
             _ => None,
         }
     }
 
-    /// A rectangle near the point to be lit is sampled by the solid angle that it fills there.
+    /// A rectangle, or few triangles, near the point to be lit are sampled by the solid angle that they fill there.
     #[inline]
-    fn near_rectangle(&self, p_ref: Vec3) -> Option<(&Rectangle, SphericalRectangle)> {
-        let AreaShape::Rectangle(rectangle) = &self.shape else { return None };
-        Some((rectangle, rectangle.seen_from(p_ref)?))
+    fn near(&self, p_ref: Vec3) -> Option<Near<'_>> {
+        if self.points == PointRule::Area {
+            return None;
+        }
+        match &self.shape {
+            AreaShape::Rectangle(rectangle) => Some(Near::Rectangle(rectangle, rectangle.seen_from(p_ref)?)),
+            AreaShape::Mesh { few: Some(few), .. } => Some(Near::Triangles(few.seen_from(p_ref)?)),
+            _ => None,
+        }
+    }
+
+    /// A point uniform over the solid angle that is seen; None if that is dark.
+    #[inline]
+    fn sample_near(&self, near: &Near, u: Vec2) -> Option<Sampled> {
+        match (near, &self.shape) {
+            (Near::Rectangle(rectangle, seen), _) => {
+                let b = seen.sample(u);
+                Some(Sampled::whole(rectangle.quad.sample(b), b))
+            }
+            (Near::Triangles(seen), AreaShape::Mesh { triangles, .. }) if seen.solid_angle() > 0.0 => {
+                let (index, b) = seen.sample(u);
+                Some(Self::on_mesh(triangles, index, b))
+            }
+            _ => None,
+        }
     }
 
     /// Whether all of it is known to be seen from behind, where nothing is emitted.
@@ -195,12 +268,9 @@ impl AreaEmitter {
         if self.is_dark_from(p_ref) {
             return None;
         }
-        let near = self.near_rectangle(p_ref);
+        let near = self.near(p_ref);
         let sampled = match &near {
-            Some((rectangle, seen)) => {
-                let b = seen.sample(u);
-                Sampled::whole(rectangle.quad.sample(b), b)
-            }
+            Some(near) => self.sample_near(near, u)?,
             None => self.sample_area(u),
         };
         let at = sampled.at;
@@ -217,7 +287,7 @@ impl AreaEmitter {
             wi,
             distance,
             li: self.emitted(&sampled),
-            pdf: self.pdf_towards(p_ref, &at, near.map(|(_, seen)| seen)),
+            pdf: self.pdf_towards(p_ref, &at, near.as_ref()),
             delta: false,
         })
     }
@@ -233,15 +303,15 @@ impl AreaEmitter {
         if let Some(pdf) = self.cone_sphere().and_then(|sphere| sphere.pdf_cone(p_ref)) {
             return pdf;
         }
-        let pdf = self.pdf_towards(p_ref, at, self.near_rectangle(p_ref).map(|(_, seen)| seen));
+        let pdf = self.pdf_towards(p_ref, at, self.near(p_ref).as_ref());
         fault!("area_density_not_converted", pdf, 1.0 / self.area)
     }
 
-    /// The density [1/sr] of a point of what is sampled by area, or as a rectangle that is near.
+    /// The density [1/sr] of a point of what is sampled by area, or as it is seen from near it.
     #[inline]
-    fn pdf_towards(&self, p_ref: Vec3, at: &SurfacePoint, near: Option<SphericalRectangle>) -> f32 {
+    fn pdf_towards(&self, p_ref: Vec3, at: &SurfacePoint, near: Option<&Near>) -> f32 {
         match near {
-            Some(seen) => seen.pdf(),
+            Some(near) => near.pdf(),
             None => measure::area_to_solid_angle(1.0 / self.area, p_ref, at.p, at.ng),
         }
     }

@@ -15,7 +15,7 @@ mod spot;
 mod tree;
 
 pub(crate) use area::AreaChart;
-pub use area::{AreaEmitter, AreaShape, Emission};
+pub use area::{AreaEmitter, AreaShape, Emission, PointRule};
 pub use choice::ChoiceRule;
 pub(crate) use choice::{EmitterChoice, NextEventChoice};
 pub use directional::DirectionalEmitter;

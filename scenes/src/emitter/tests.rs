@@ -27,6 +27,12 @@ fn emitters() -> Vec<(&'static str, Scene)> {
         ball.positions.iter_mut().for_each(|p| *p = *p * 0.4 + dvec3(0.0, 0.2, 1.0));
         b.mesh(ball, m)
     };
+    let facets: Add = |b, m| b.mesh(MeshData { triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3]], ..tetrahedron() }, m);
+    let facets_inside: Add = |b, m| {
+        let mesh = b.mesh(tetrahedron(), m);
+        b.flip(mesh);
+        mesh
+    };
     let mirrored: Add = |b, m| {
         let shape = b.mesh(one_triangle(), m);
         b.transform(shape, DAffine3::from_scale(dvec3(1.0, 1.0, -1.0)));
@@ -67,7 +73,7 @@ fn emitters() -> Vec<(&'static str, Scene)> {
         b.transform(shape, DAffine3::from_scale(dvec3(1.0, 1.0, -1.0)));
         shape
     };
-    let cases: [(&str, Add, Texture, bool); 17] = [
+    let cases: [(&str, Add, Texture, bool); 20] = [
         ("quad", quad, 3.0.into(), false),
         ("rectangle", rectangle, ramp.clone(), false),
         ("two-sided rectangle", rectangle, 3.0.into(), true),
@@ -83,6 +89,9 @@ fn emitters() -> Vec<(&'static str, Scene)> {
         ("checkered sphere", sphere, board.clone(), false),
         ("checkered mirrored quad", mirrored_quad, board, true),
         ("coloured mesh", coloured, Texture::VertexColour, false),
+        ("open mesh", facets, ramp.clone(), false),
+        ("two-sided open mesh", facets, 3.0.into(), true),
+        ("inverted mesh", facets_inside, ramp.clone(), false),
         ("mesh", mesh, ramp, false),
         ("mirrored triangle", mirrored, 3.0.into(), false),
     ];
@@ -93,6 +102,12 @@ fn emitters() -> Vec<(&'static str, Scene)> {
         (name, built(builder, Skip::Unneeded))
     };
     cases.into_iter().map(build).collect()
+}
+
+/// With all of its faces outwards; REFERENCES have one within it.
+fn tetrahedron() -> MeshData {
+    let positions = vec![dvec3(-0.5, -0.6, 1.1), dvec3(0.8, -0.4, 1.0), dvec3(0.1, 0.9, 1.2), dvec3(0.2, 0.1, 0.4)];
+    MeshData { positions, triangles: vec![[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]], ..MeshData::default() }
 }
 
 fn one_triangle() -> MeshData {

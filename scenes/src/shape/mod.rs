@@ -3,6 +3,7 @@
 mod analytic;
 mod cylinder;
 mod disk;
+mod few_triangles;
 mod mesh;
 mod rectangle;
 mod sphere;
@@ -11,6 +12,7 @@ mod triangle;
 pub(crate) use analytic::Analytic;
 pub use cylinder::Cylinder;
 pub use disk::Disk;
+pub use few_triangles::{FewTriangles, SeenTriangles};
 pub use mesh::MeshData;
 pub(crate) use mesh::{BakedMesh, bake_mesh};
 pub use rectangle::Rectangle;

@@ -1,5 +1,5 @@
 use super::{BALL, CAMERA, Origin, WHITE, expect, load, read};
-use crate::builder::ChoiceRule;
+use crate::builder::{ChoiceRule, PointRule};
 use crate::emitter::{Emitter, Falloff};
 use crate::needs::Skip;
 use crate::scene::Scene;
@@ -42,6 +42,17 @@ fn a_choice_among_emitters_can_be_asked_for() {
     }
     let text = format!("emitter_choice = \"trees\"\n{}", with(SPOT));
     expect(&text, "1: `emitter_choice` is `\"trees\"`; did you mean `tree`?");
+}
+
+#[test]
+fn a_rule_for_points_on_emitters_can_be_asked_for() {
+    let of = |rule: PointRule| load(&format!("emitter_points = \"{}\"\n{}", rule.name(), with(SPOT))).unwrap();
+    for rule in PointRule::ALL {
+        assert_eq!(of(rule).point_rule, rule);
+    }
+    assert_ne!(of(PointRule::Area).hash, of(PointRule::SolidAngle).hash);
+    let text = format!("emitter_points = \"solid angle\"\n{}", with(SPOT));
+    expect(&text, "1: `emitter_points` is `\"solid angle\"`; did you mean `solid_angle`?");
 }
 
 #[test]
