@@ -8,18 +8,18 @@ Scenes: those of `beside_mitsuba.py`, whose files are read here, and whose table
 
 Cycles runs on the CPU with as many threads as there are cores, its tabulated Sobol sampler, a box filter of one pixel, and nothing that biases: no
 denoiser, no adaptive sampling, no clamping, no threshold of light, no blurring of caustics, and linear images as they stand before any view transform.
-Its time is the one that it states itself, to a hundredth of a second, which leaves out the scene, its acceleration structure and Blender's own share.
+Its time is the one that it states itself, to a hundredth of a second, without the scene's set-up and Blender's own share.
 What differs from neumann's, and what was chosen in favour of Cycles:
 
 - Lamps are Cycles' own, rectangles and spheres that emit on their front. Meshes that emit have the same mean and up to thirteen times the cost at
-  equal error (plates), as they are picked triangle by triangle. What lies in a lamp's place and scatters is a mesh right behind it.
-- The light tree is off: one of at most four lamps is picked by a table, which takes 0.4 to 0.9 of the cost by the tree.
-- Roulette begins at the fifth scattering, as neumann's does. From the second, which is Cycles' default, costs 0.9 to 1.4 times as much. Its probability
+  equal error (plates, by the light tree, without which it is more), as they are picked triangle by triangle. What lies in a lamp's place and scatters is a mesh right behind it.
+- The light tree is off: one of at most four lamps is picked without it, which takes 0.4 to 0.9 of the cost by the tree.
+- Roulette begins at the fifth scattering, as neumann's does. From the second, which is Cycles' default, costs 1 to 1.4 times as much. Its probability
   of going on is the root of the walk's weight.
-- Path guiding is off: it costs 1.5 to 2.6 times as much. Where it has less variance at equal samples (caustic, indirect), it more than doubles the time.
+- Path guiding is off: it costs 1.5 to 2.9 times as much, by 512 samples. It has less variance in caustic and indirect, but doubles the time.
 - Cycles' first sample lies in the middle of each pixel, by which the edges of lamps are off: cornell's mean is too dark by 0.1 % at 64 samples. N
   samples are therefore those from the Nth on, as a subset of 2 N, which is as well distributed.
-- Balls that aren't lamps are meshes with smooth normals.
+- Balls that aren't lamps are meshes with smooth normals. Diffuse surfaces scatter on their backs as well, which no light reaches in these scenes.
 - Metals' masking is that of heights correlated, and Mitsuba's and neumann's isn't. For the plates' roughness, that was too little to be seen.
 """
 
@@ -118,7 +118,8 @@ def lamp(name, shape):
         place = Matrix.Translation(center)
     data.energy, data.color = watts * radiance.max(), radiance / radiance.max()
     result = bpy.data.objects.new(name, data)
-    result.matrix_world = place
+    # Blender hides lamps by default.
+    result.matrix_world, result.visible_camera = place, True
     return result
 
 
@@ -138,8 +139,9 @@ def scattering(tree, bsdf):
         return node("BsdfDiffuse", Color=color(bsdf, "reflectance"), Roughness=0), False
     if kind == "dielectric":
         return node("BsdfGlass", Color=[1, 1, 1], Roughness=0, IOR=number(bsdf, "int_ior") / number(bsdf, "ext_ior")), False
-    if kind in ("conductor", "roughconductor") and bsdf.find("string[@name='material']").get("value") == "none":
-        rough = kind == "roughconductor"
+    has = lambda name, value: bsdf.find(f"string[@name='{name}'][@value='{value}']") is not None
+    rough = kind == "roughconductor"
+    if (kind == "conductor" or rough and has("distribution", "ggx")) and has("material", "none"):
         result = node("BsdfGlossy", Color=color(bsdf, "specular_reflectance"), Roughness=math.sqrt(number(bsdf, "alpha")) if rough else 0)
         result.distribution = "GGX"
         return result, rough
@@ -236,13 +238,14 @@ class Cycles:
             use_sample_subset=True,
             use_light_tree=False,
             use_guiding=False,
-            # Cycles counts from the second scattering on, and has roulette from the one after the next.
+            # Cycles counts the scatterings after the first.
             max_bounces=MAX_DEPTH - 2,
             diffuse_bounces=MAX_DEPTH - 2,
             glossy_bounces=MAX_DEPTH - 2,
             transmission_bounces=MAX_DEPTH - 2,
+            # Roulette begins with the second scattering after so many.
             min_light_bounces=ROULETTE - 2,
-            # Of the way on through a lamp to the surface behind it.
+            # Of ways on through a lamp, to the surface behind it.
             transparent_max_bounces=2 * MAX_DEPTH,
         )
 
