@@ -21,7 +21,7 @@ use scenes::{
 use serde_json::json;
 use std::time::Instant;
 
-type Failure = Box<dyn std::error::Error>;
+type Failure = Box<dyn std::error::Error + Send + Sync>;
 
 const SIZE: (u32, u32) = (64, 64);
 const BATCHES: u64 = 8;

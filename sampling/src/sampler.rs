@@ -201,8 +201,8 @@ pub struct Sampler {
     sample_state: u64,
     subpath: Subpath,
     vertex: u32,
-    /// The vertices whose sequence of Sobol's `coordinates` and `scrambling` are of.
-    group: (Subpath, u32),
+    /// The group whose point of Sobol's sequence `coordinates` and `scrambling` are, if any has been asked for.
+    group: Option<(Subpath, u32)>,
     coordinates: [u32; sobol::DIMENSIONS],
     scrambling: u64,
     /// The state of the chain, where there is one.
@@ -232,7 +232,7 @@ impl Sampler {
             sample_state: 0,
             subpath: Subpath::Camera,
             vertex: 0,
-            group: (Subpath::Camera, 0),
+            group: None,
             coordinates: [0; sobol::DIMENSIONS],
             scrambling: 0,
             primary: Primary::default(),
@@ -254,7 +254,7 @@ impl Sampler {
         self.sample_state = mix2(self.pixel_state, u64::from(stratum));
         (self.subpath, self.vertex) = (Subpath::Camera, 0);
         self.primary.near = false;
-        self.start_group();
+        self.group = None;
     }
 
     /// Turns to a vertex of a subpath of the current sample.
@@ -262,21 +262,18 @@ impl Sampler {
     pub fn start_vertex(&mut self, subpath: Subpath, vertex: u32) {
         self.subpath = subpath;
         self.vertex = vertex;
-        if self.group != (subpath, sobol::group(vertex)) {
-            self.start_group();
-        }
     }
 
-    /// Finds the point of Sobol's sequence that the current vertex takes its numbers from.
+    /// Finds the point of Sobol's sequence from which this group takes its numbers, and the seed that a dimension of it is scrambled by.
     #[inline]
-    fn start_group(&mut self) {
-        if matches!(self.kind, Some(SamplerKind::Sobol | SamplerKind::Zsobol)) {
-            let group = sobol::group(self.vertex);
+    fn turn_to_group(&mut self, group: u32, dimension: usize) -> u64 {
+        if self.group != Some((self.subpath, group)) {
             let (index, seed) = self.place(u64::from(group) << 16 | (self.subpath as u64) << 8 | GROUP);
-            self.group = (self.subpath, group);
+            self.group = Some((self.subpath, group));
             self.coordinates = sobol::coordinates(index, seed);
             self.scrambling = seed;
         }
+        mix2(self.scrambling, u64::from(self.vertex) << 8 | dimension as u64)
     }
 
     /// The number in [0, 1) for a purpose at the current vertex.
@@ -294,8 +291,8 @@ impl Sampler {
             },
             Some(SamplerKind::Sobol | SamplerKind::Zsobol) => {
                 match sobol::dimension(self.subpath, self.vertex, purpose) {
-                    Some(dimension) => {
-                        let seed = mix2(self.scrambling, dimension as u64);
+                    Some((group, dimension)) => {
+                        let seed = self.turn_to_group(group, dimension);
                         unit_f32(sobol::scrambled(self.coordinates[dimension], (seed >> 32) as u32))
                     }
                     None => {
@@ -333,8 +330,8 @@ impl Sampler {
             },
             Some(SamplerKind::Sobol | SamplerKind::Zsobol) => {
                 match sobol::dimension(self.subpath, self.vertex, purpose) {
-                    Some(dimension) => {
-                        let seed = mix2(self.scrambling, dimension as u64);
+                    Some((group, dimension)) => {
+                        let seed = self.turn_to_group(group, dimension);
                         let x = sobol::scrambled(self.coordinates[dimension], (seed >> 32) as u32);
                         vec2(unit_f32(x), unit_f32(sobol::scrambled(self.coordinates[dimension + 1], seed as u32)))
                     }

@@ -2,9 +2,10 @@
 //!
 //! What a path's first scattering depends on, from the place on the film on, are the eight dimensions of one sequence, so that samples
 //! are spread over all of it: a highlight that one of many emitters makes in a part of a pixel needs place and choice together.
-//! Every further vertex has a sequence of its own, and purposes that no dimension is left for a sequence each: such padding
-//! `[Burley20]` gives it an order and a scrambling of its own. Scrambled, a point is uniform in the cube, so estimates are
-//! unbiased; every aligned block of 2ᵏ points has one in each elementary interval of volume 2⁻ᵏ of the first two dimensions.
+//! Every further direction shares a sequence with the point on an emitter that is sampled where it leads, and purposes that no dimension is
+//! left for have a sequence each: such padding `[Burley20]` gives it an order and a scrambling of its own. Scrambled, a point is uniform in
+//! the cube, so estimates are unbiased; every aligned block of 2ᵏ points has one in each elementary interval of volume 2⁻ᵏ of the first two
+//! dimensions.
 
 use super::{Purpose, Subpath};
 
@@ -26,36 +27,34 @@ pub fn point_1d(index: u32, seed: u64) -> u32 {
 /// The dimensions of [`coordinates`].
 pub const DIMENSIONS: usize = 8;
 
-/// The vertices that share a sequence: a walk's start and its first scattering, then every vertex by itself.
-#[inline]
-pub fn group(vertex: u32) -> u32 {
-    vertex.max(1)
-}
-
-/// The first of an address's dimensions in the sequence of its group; `None` where it has a sequence of its own.
+/// The group of addresses that share a sequence, and the first of an address's dimensions there; `None` where it has a sequence of its own.
+///
+/// Group 1 is a walk's start and its first scattering; then there is one for every vertex that a walk scatters at. What is sampled of
+/// emitters for a vertex is in the group of the vertex before, from which the direction came. Vertices 1 and 2 both take the dimensions of
+/// group 1, each under a scrambling of its own: no order depends on both, and scrambled apart they are uncorrelated.
 ///
 /// Points in a plane take a pair each, (0, 1), (2, 3) and (4, 5), whose projections are better spread than (3, 4) and (5, 6) are: of 16
 /// points, (2, 3) has one in each of 16 equal parts of the square, however it is divided, and (3, 4) is sure of no more than four points in
 /// each of 4 parts. Choices, which are of few, take what is left.
 #[inline]
-pub fn dimension(subpath: Subpath, vertex: u32, purpose: Purpose) -> Option<usize> {
+pub fn dimension(subpath: Subpath, vertex: u32, purpose: Purpose) -> Option<(u32, usize)> {
     use {Purpose::*, Subpath::*};
     match (vertex, subpath, purpose) {
-        (0, Camera, Film) | (0, Light, EmitterPosition) => Some(0),
-        (0, Light, EmitterDirection) => Some(2),
-        (0, Light, EmitterChoice) => Some(4),
+        (0, Camera, Film) | (0, Light, EmitterPosition) => Some((1, 0)),
+        (0, Light, EmitterDirection) => Some((1, 2)),
+        (0, Light, EmitterChoice) => Some((1, 4)),
         (0, ..) => None,
-        (1, Camera, NextPosition) => Some(2),
-        (1, Camera, Direction) => Some(4),
-        (1, Light, Direction) => Some(5),
-        (1, Camera, NextEmitter) => Some(6),
-        (1, _, Lobe) => Some(7),
+        (1 | 2, Camera, NextPosition) => Some((1, 2)),
+        (1 | 2, Camera, NextEmitter) => Some((1, 6)),
+        (1, Camera, Direction) => Some((1, 4)),
+        (1, Light, Direction) => Some((1, 5)),
+        (1, _, Lobe) => Some((1, 7)),
         (1, ..) => None,
-        (_, _, Direction) => Some(0),
-        (_, _, NextPosition) => Some(2),
-        (_, _, NextEmitter) => Some(4),
-        (_, _, Lobe) => Some(5),
-        (_, _, Roulette) => Some(6),
+        (_, _, Direction) => Some((vertex, 0)),
+        (_, Camera, NextPosition) => Some((vertex - 1, 2)),
+        (_, Camera, NextEmitter) => Some((vertex - 1, 4)),
+        (_, _, Lobe) => Some((vertex, 5)),
+        (_, _, Roulette) => Some((vertex, 6)),
         _ => None,
     }
 }
@@ -310,23 +309,26 @@ mod tests {
         (0..=bits).flat_map(first).collect()
     }
 
+    /// But what is sampled of emitters for vertices 1 and 2, on which no order depends together.
     #[test]
     fn no_two_addresses_of_a_group_share_a_dimension() {
         use Purpose::*;
         let ones = [EmitterChoice, Lobe, Roulette, NextEmitter];
         let twos = [Film, Lens, EmitterPosition, EmitterDirection, Direction, NextPosition, NextCamera];
-        for (subpath, vertices) in
-            [Subpath::Camera, Subpath::Light].into_iter().flat_map(|s| [0..2, 2..3, 3..4].map(|v| (s, v)))
-        {
-            let mut seen = [false; DIMENSIONS];
-            for (vertex, (purpose, count)) in vertices.flat_map(|v| {
-                let purposes = ones.map(|p| (p, 1)).into_iter().chain(twos.map(|p| (p, 2)));
-                purposes.map(move |p| (v, p))
-            }) {
-                assert_eq!(group(vertex), vertex.max(1));
-                let Some(first) = dimension(subpath, vertex, purpose) else { continue };
-                let taken = seen[first..first + count].iter_mut().any(|seen| std::mem::replace(seen, true));
-                assert!(!taken, "{subpath:?}, vertex {vertex}, {purpose:?}");
+        let purposes = || ones.map(|p| (p, 1)).into_iter().chain(twos.map(|p| (p, 2)));
+        for subpath in [Subpath::Camera, Subpath::Light] {
+            for without in [1, 2] {
+                let mut seen = std::collections::BTreeSet::new();
+                for (vertex, (purpose, count)) in (0..6).flat_map(|v| purposes().map(move |p| (v, p))) {
+                    let Some((group, first)) = dimension(subpath, vertex, purpose) else { continue };
+                    if matches!(purpose, NextPosition | NextEmitter) && vertex == without {
+                        continue;
+                    }
+                    for dimension in first..first + count {
+                        assert!(dimension < DIMENSIONS, "{subpath:?}, vertex {vertex}, {purpose:?}");
+                        assert!(seen.insert((group, dimension)), "{subpath:?}, vertex {vertex}, {purpose:?}");
+                    }
+                }
             }
         }
     }
