@@ -38,18 +38,22 @@ impl FewTriangles {
     pub const MOST: usize = 16;
     /// The thinnest that are sampled by their solid angle: ratio of the height to the longest edge.
     const THINNEST: f64 = 1.0 / 64.0;
-    /// The least height above a triangle's plane, in longest edges: a triangle is not seen along its plane.
-    const SLANT: f64 = 1e-3;
+    /// The least height above a triangle's plane, in diagonals of the box of all, and in units in the last place of coordinates: nothing is
+    /// seen along its plane, where rounding decides which side it is.
+    const SLANT: (f64, f64) = (1e-3, 8.0);
 
     /// These triangles, with the normals of their fronts; `None` if they are many, or one is too thin.
     pub fn new(triangles: &[(Triangle, Vec3)], two_sided: bool) -> Option<Self> {
         if triangles.len() > Self::MOST {
             return None;
         }
-        let facets = triangles.iter().map(|(triangle, ng)| Facet::new(triangle, *ng)).collect::<Option<Vec<_>>>()?;
-        let points = || facets.iter().flat_map(|facet| facet.corners);
+        let points = || triangles.iter().flat_map(|(triangle, _)| triangle.0).map(Vec3::as_dvec3);
         let low = points().fold(DVec3::INFINITY, DVec3::min);
         let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let step = f64::from(f32::EPSILON) * low.abs().max(high.abs()).max_element();
+        let least_height = (Self::SLANT.0 * (high - low).length()).max(Self::SLANT.1 * step);
+        let facets = triangles.iter().map(|(triangle, ng)| Facet::new(triangle, *ng, least_height));
+        let facets = facets.collect::<Option<Vec<_>>>()?;
         let reach2 = (Rectangle::NEAR * 0.5).powi(2) * (high - low).length_squared();
         Some(Self { middle: 0.5 * (low + high), reach2, two_sided, facets })
     }
@@ -70,7 +74,7 @@ impl FewTriangles {
             if behind.abs() < facet.least {
                 return None;
             }
-            if self.two_sided || behind < 0.0 {
+            if behind < 0.0 || self.two_sided && behind > 0.0 {
                 sum += facet.from(p_ref).solid_angle();
             }
             *cumulative = sum;
@@ -80,16 +84,15 @@ impl FewTriangles {
 }
 
 impl Facet {
-    fn new(triangle: &Triangle, ng: Vec3) -> Option<Self> {
+    fn new(triangle: &Triangle, ng: Vec3, least_height: f64) -> Option<Self> {
         let [p, q, r] = triangle.0.map(Vec3::as_dvec3);
         let normal = (q - p).cross(r - p);
         let longest = (q - p).length().max((r - q).length()).max((p - r).length());
         let length = normal.length();
-        let least = FewTriangles::SLANT * longest * length;
         let normal = if normal.dot(ng.as_dvec3()) < 0.0 { -normal } else { normal };
         // What has no area fills nothing.
         let is_compact = length == 0.0 || length >= FewTriangles::THINNEST * longest * longest;
-        is_compact.then_some(Facet { corners: [p, q, r], normal, least })
+        is_compact.then_some(Facet { corners: [p, q, r], normal, least: least_height * length })
     }
 
     #[inline]
@@ -117,10 +120,11 @@ impl SeenTriangles<'_> {
         (index as u32, seen.sample(vec2(rest.min(1.0f32.next_down()), u.y)))
     }
 
-    /// The density [1/sr] of [`sample`](Self::sample) in directions that meet one of them.
+    /// The density [1/sr] of [`sample`](Self::sample) in directions that meet one of them that is not dark; 0 where all are.
     #[inline]
     pub fn pdf(&self) -> f32 {
-        (1.0 / self.solid_angle()) as f32
+        let solid_angle = self.solid_angle();
+        if solid_angle > 0.0 { (1.0 / solid_angle) as f32 } else { 0.0 }
     }
 }
 
@@ -155,7 +159,7 @@ mod tests {
         let cube = cube(false).unwrap();
         let is_seen = |x: f32, y: f32, z: f32| cube.seen_from(vec3(x, y, z)).is_some();
         assert!(is_seen(0.0, 0.0, 2.0) && is_seen(0.3, 0.0, 0.0) && is_seen(3.0, 0.5, 1.01));
-        assert!(!is_seen(0.0, 0.0, 4.0) && !is_seen(3.0, 0.5, 1.001) && !is_seen(0.2, 1.0, 0.4));
+        assert!(!is_seen(0.0, 0.0, 4.0) && !is_seen(3.0, 0.5, 1.003) && !is_seen(0.2, 1.0, 0.4));
         let thin = Triangle([Vec3::ZERO, Vec3::X, vec3(0.5, 0.01, 0.0)]);
         assert!(FewTriangles::new(&[(thin, Vec3::Z)], false).is_none());
         assert!(FewTriangles::new(&[sides(), sides()].concat(), false).is_none());
