@@ -70,7 +70,7 @@ pub enum SamplerKind {
     /// Halton's sequence under random digit scrambling, a scrambling for every pixel.
     Halton,
     /// Sobol's sequence under Owen's scrambling: eight dimensions for a path up to its first scattering, then a sequence for every
-    /// vertex; a scrambling for every pixel. Light walks of the whole image share one sequence.
+    /// direction and the emitter's point where it leads; a scrambling for every pixel. Light walks of the whole image share one sequence.
     Sobol,
     /// The same with one sequence for the whole screen too, whose errors in neighbouring pixels cancel `[Ahmed20]`.
     Zsobol,
@@ -264,7 +264,7 @@ impl Sampler {
         self.vertex = vertex;
     }
 
-    /// Finds the point of Sobol's sequence from which this group takes its numbers, and the seed that a dimension of it is scrambled by.
+    /// Finds the point of Sobol's sequence from which this group takes its numbers; the seed by which the current vertex scrambles a dimension of it.
     #[inline]
     fn turn_to_group(&mut self, group: u32, dimension: usize) -> u64 {
         if self.group != Some((self.subpath, group)) {

@@ -30,7 +30,7 @@ pub const DIMENSIONS: usize = 8;
 /// The group of addresses that share a sequence, and the first of an address's dimensions there; `None` where it has a sequence of its own.
 ///
 /// Group 1 is a walk's start and its first scattering; then there is one for every vertex that a walk scatters at. What is sampled of
-/// emitters for a vertex is in the group of the vertex before, from which the direction came. Vertices 1 and 2 both take the dimensions of
+/// emitters for a vertex is in the group of the vertex before, from which the direction came. Those for vertices 1 and 2 take the same dimensions of
 /// group 1, each under a scrambling of its own: no order depends on both, and scrambled apart they are uncorrelated.
 ///
 /// Points in a plane take a pair each, (0, 1), (2, 3) and (4, 5), whose projections are better spread than (3, 4) and (5, 6) are: of 16

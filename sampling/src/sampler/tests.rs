@@ -237,6 +237,24 @@ fn sobols_points_are_spread_over_film_and_emitters_together() {
     }
 }
 
+/// What is sampled of emitters for vertices 1 and 2 comes from the same dimensions of one point, and is independent all the same.
+#[test]
+fn emitters_at_the_first_two_vertices_are_sampled_apart() {
+    for purpose in [Purpose::NextPosition, Purpose::NextEmitter] {
+        let z = chi_square_z((0..1 << 16).map(|replicate| {
+            let key = StreamKey::new(1, "apart", Role::Estimate, replicate);
+            let mut s = Sampler::new(SamplerKind::Sobol, key, 16, (64, 1));
+            s.start_sample(3, 5);
+            let mut number = |vertex| {
+                s.start_vertex(Subpath::Camera, vertex);
+                if purpose == Purpose::NextEmitter { s.get_1d(purpose) } else { s.get_2d(purpose).x }
+            };
+            (number(1), number(2))
+        }));
+        assert!(z.abs() < 6.0, "{purpose:?}: z = {z}");
+    }
+}
+
 #[test]
 fn multi_jitter_is_stratified_on_the_grid_and_in_each_coordinate() {
     for n in [1_u32, 4, 12, 13, 64] {

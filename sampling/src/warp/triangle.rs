@@ -61,7 +61,6 @@ impl SphericalTriangle {
         // 1 + a·b where a is all but opposite to b.
         let sum = 0.5 * (a + b).length_squared();
         let tan = sin * sum * length / (cos * self.volume - sin * b.dot(along));
-        // The whole of it leads to c, which rounding may leave.
         let square = tan * tan;
         (a * (1.0 - square) + along * (2.0 * tan / length)) / (1.0 + square)
     }

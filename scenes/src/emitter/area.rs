@@ -34,7 +34,7 @@ pub enum AreaShape {
     Disk(Box<Disk>),
     /// A cylinder.
     Cylinder(Box<Cylinder>),
-    /// A mesh: a triangle is chosen in proportion to its area.
+    /// A mesh: a triangle is chosen in proportion to its area, or to its solid angle from near few of them.
     Mesh {
         /// The triangles with their front normals.
         triangles: Vec<(Triangle, Vec3)>,

@@ -39,8 +39,8 @@ impl FewTriangles {
     /// The thinnest that are sampled by their solid angle: ratio of the height to the longest edge.
     const THINNEST: f64 = 1.0 / 64.0;
     /// The least height above a triangle's plane, in diagonals of the box of all, and in units in the last place of coordinates: nothing is
-    /// seen along its plane, where rounding decides which side it is.
-    const SLANT: (f64, f64) = (1e-3, 8.0);
+    /// seen along its plane, where rounding decides which side it is and how large; so densities are right to 10⁻³.
+    const SLANT: (f64, f64) = (1e-3, 1e3);
 
     /// These triangles, with the normals of their fronts; `None` if they are many, or one is too thin.
     pub fn new(triangles: &[(Triangle, Vec3)], two_sided: bool) -> Option<Self> {
