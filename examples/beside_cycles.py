@@ -34,7 +34,7 @@ import mitsuba as mi
 import numpy as np
 from mathutils import Matrix, Vector
 
-from beside_mitsuba import MAX_DEPTH, ROULETTE, SCENES, arguments, compare_all, neumann_contenders
+from beside_mitsuba import MAX_DEPTH, ROULETTE, SCENES, arguments, compare_all, neumann_contenders, numbers, sides
 
 mi.set_variant("scalar_rgb")
 
@@ -42,10 +42,6 @@ mi.set_variant("scalar_rgb")
 BALL_ROWS = 128
 # How far behind a lamp its surface lies: of a rectangle, and of a sphere by its radius.
 BEHIND = 1e-4
-
-
-def numbers(text):
-    return [float(word) for word in text.replace(",", " ").split()]
 
 
 def number(element, name):
@@ -58,8 +54,7 @@ def color(element, name):
 
 def rectangle(shape):
     """Half the sides of a rectangle, its normal and its middle."""
-    matrix = np.array(numbers(shape.find("transform/matrix").get("value"))).reshape(4, 4)
-    u, v, middle = matrix[:3, 0], matrix[:3, 1], matrix[:3, 3]
+    u, v, middle = sides(shape)
     return u, v, np.cross(u, v) / np.linalg.norm(np.cross(u, v)), middle
 
 

@@ -31,7 +31,7 @@ import xml.etree.ElementTree as ElementTree
 import mitsuba as mi
 import numpy as np
 
-from beside_mitsuba import MAX_DEPTH, ROULETTE, arguments, compare_all, neumann_contenders
+from beside_mitsuba import MAX_DEPTH, ROULETTE, arguments, compare_all, neumann_contenders, numbers, sides
 
 # Mitsuba has to be loaded before LuxCore, which brings another allocator: the process ends by "invalid pointer" otherwise.
 mi.set_variant("scalar_rgb")
@@ -41,10 +41,6 @@ with contextlib.redirect_stdout(io.StringIO()):
 SCENES = ["cornell", "caustic", "indirect"]
 # The rows of triangles from pole to pole of a ball.
 BALL_ROWS = 128
-
-
-def numbers(text):
-    return [float(word) for word in text.replace(",", " ").split()]
 
 
 def words(values):
@@ -59,8 +55,7 @@ def properties(values):
 
 def rectangle(shape):
     """Corners, triangles and normals (none) of a rectangle, whose front is that of Mitsuba's."""
-    matrix = np.array(numbers(shape.find("transform/matrix").get("value"))).reshape(4, 4)
-    u, v, middle = matrix[:3, 0], matrix[:3, 1], matrix[:3, 3]
+    u, v, middle = sides(shape)
     return np.array([middle - u - v, middle + u - v, middle + u + v, middle - u + v]), [(0, 1, 2), (0, 2, 3)], None
 
 

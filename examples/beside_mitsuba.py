@@ -139,6 +139,17 @@ def plates(size):
 SCENES = {"cornell": cornell, "caustic": caustic, "indirect": indirect, "plates": plates}
 
 
+def numbers(text):
+    """The numbers of an attribute of a file."""
+    return [float(word) for word in text.replace(",", " ").split()]
+
+
+def sides(shape):
+    """Half the sides of a rectangle of a file, and its middle."""
+    matrix = np.array(numbers(shape.find("transform/matrix").get("value"))).reshape(4, 4)
+    return matrix[:3, 0], matrix[:3, 1], matrix[:3, 3]
+
+
 class Neumann:
     """A method of neumann."""
 

@@ -16,7 +16,8 @@ use sampling::math::Spectrum;
 use sampling::moments::Moments;
 use sampling::sampler::{Role, SamplerKind};
 use scenes::{
-    CameraSettings, ChoiceRule, Emission, MaterialId, MeshData, PointRule, Scene, SceneBuilder, ShapeId, Skip,
+    CameraSettings, ChoiceRule, Emission, MaterialId, MeshData, PointRule, Scene, SceneBuilder, SceneError, ShapeId,
+    Skip,
 };
 use serde_json::json;
 use std::time::Instant;
@@ -80,8 +81,7 @@ fn main() -> Result<(), Failure> {
                 add(&mut builder, black);
                 builder.build(Skip::Unneeded)
             };
-            let rules = ChoiceRule::ALL.iter().map(|&rule| Ok((rule.name(), scene(rule)?)));
-            compare(name, &rules.collect::<Result<Vec<_>, Failure>>()?)?;
+            compare(name, &ChoiceRule::ALL.map(|rule| (rule.name(), rule)), scene)?;
         }
         println!("\n| scene | `emitter_points` | variance | time | efficiency |\n|---|---|---:|---:|---:|");
         for (name, add) in NEAR {
@@ -93,8 +93,7 @@ fn main() -> Result<(), Failure> {
                 builder.emit(shape, Emission { radiance: 1.0.into(), two_sided: false });
                 builder.build(Skip::Unneeded)
             };
-            let rules = [PointRule::Area, PointRule::SolidAngle].iter().map(|&rule| Ok((rule.name(), scene(rule)?)));
-            compare(name, &rules.collect::<Result<Vec<_>, Failure>>()?)?;
+            compare(name, &[PointRule::Area, PointRule::SolidAngle].map(|rule| (rule.name(), rule)), scene)?;
         }
         Ok(())
     })
@@ -128,11 +127,16 @@ fn grid(builder: &mut SceneBuilder, black: MaterialId, count: usize, radiance: f
     }
 }
 
-/// A row for each rule but the first.
-fn compare(name: &str, rules: &[(&str, Scene)]) -> Result<(), Failure> {
+/// A row for each rule but the first, of the scene that is made with it.
+fn compare<Rule: Copy>(
+    name: &str,
+    rules: &[(&str, Rule)],
+    scene: impl Fn(Rule) -> Result<Scene, SceneError>,
+) -> Result<(), Failure> {
+    let scenes = rules.iter().map(|(_, rule)| scene(*rule)).collect::<Result<Vec<_>, _>>()?;
     let mut found = vec![[Moments::default(); 3]; rules.len()];
     for batch in 0..BATCHES {
-        for (found, (_, scene)) in found.iter_mut().zip(rules) {
+        for (found, scene) in found.iter_mut().zip(&scenes) {
             let (variance, seconds) = variance(scene, batch)?;
             let values = [variance, seconds, variance * seconds];
             found.iter_mut().zip(values).for_each(|(moments, value)| moments.push(value));

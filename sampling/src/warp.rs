@@ -167,6 +167,18 @@ pub fn linear(u: f32, a: f32, b: f32) -> f32 {
     if u > 0.0 { u * (a + b) / (a + root) } else { 0.0 }
 }
 
+/// One of several parts, of which `cumulative` has the sums of sizes up to and including each, in proportion to its size, and a number in [0, 1)
+/// that is left; there must be a part, and one that has a size.
+#[inline]
+pub fn choose(cumulative: &[f64], u: f32) -> (usize, f32) {
+    let last = cumulative.len() - 1;
+    let position = f64::from(u) * cumulative[last];
+    let index = cumulative.partition_point(|&sum| sum <= position).min(last);
+    let before = if index == 0 { 0.0 } else { cumulative[index - 1] };
+    let rest = ((position - before) / (cumulative[index] - before)) as f32;
+    (index, rest.min(1.0f32.next_down()))
+}
+
 /// Barycentric coordinates (b0, b1, b2) of a uniform point of a triangle `[Heitz19]`.
 #[inline]
 pub fn uniform_triangle(u: Vec2) -> Vec3 {

@@ -136,6 +136,7 @@ impl<'a> Pilot<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
     #[test]
     fn a_lattice_takes_a_sixteenth_of_the_samples_at_most_and_its_cells_cover_the_image() {
         for (size, samples) in [((256, 256), 16), ((64, 64), 8), ((100, 37), 1), ((1, 1), 1), ((31, 9), 4096)] {

@@ -70,7 +70,7 @@ impl PointRule {
 /// The area as it is seen from a point near it.
 enum Near<'a> {
     Rectangle(&'a Rectangle, SphericalRectangle),
-    Triangles(SeenTriangles<'a>),
+    Triangles(&'a [(Triangle, Vec3)], SeenTriangles<'a>),
 }
 
 impl Near<'_> {
@@ -79,7 +79,22 @@ impl Near<'_> {
     fn pdf(&self) -> f32 {
         match self {
             Near::Rectangle(_, seen) => seen.pdf(),
-            Near::Triangles(seen) => seen.pdf(),
+            Near::Triangles(_, seen) => seen.pdf(),
+        }
+    }
+
+    /// A point uniform over the solid angle that is seen; None if that is dark.
+    #[inline]
+    fn sample(&self, u: Vec2) -> Option<Sampled> {
+        match self {
+            Near::Rectangle(rectangle, seen) => {
+                let b = seen.sample(u);
+                Some(Sampled::whole(rectangle.quad.sample(b), b))
+            }
+            Near::Triangles(triangles, seen) => {
+                let (index, b) = (seen.solid_angle() > 0.0).then(|| seen.sample(u))?;
+                Some(Sampled::on_mesh(triangles, index, b))
+            }
         }
     }
 }
@@ -108,6 +123,13 @@ impl Sampled {
     #[inline]
     fn whole(at: SurfacePoint, b: Vec2) -> Self {
         Sampled { at, triangle: 0, b }
+    }
+
+    #[inline]
+    fn on_mesh(triangles: &[(Triangle, Vec3)], index: usize, b: Vec2) -> Self {
+        let (triangle, ng) = &triangles[index];
+        let ng = fault!("sampled_normals_turned_over", *ng, -*ng);
+        Sampled { at: triangle.point([b.x.into(), b.y.into()], ng), triangle: index as u32, b }
     }
 }
 
@@ -187,21 +209,11 @@ impl AreaEmitter {
             AreaShape::Disk(disk) => Sampled::whole(disk.sample(u), u),
             AreaShape::Cylinder(cylinder) => Sampled::whole(cylinder.sample(u), u),
             AreaShape::Mesh { triangles, cumulative, .. } => {
-                let position = f64::from(u.x) * cumulative[cumulative.len() - 1];
-                let index = cumulative.partition_point(|&area| area <= position).min(triangles.len() - 1);
-                let before = if index == 0 { 0.0 } else { cumulative[index - 1] };
-                let rest = ((position - before) / (cumulative[index] - before)) as f32;
-                let b = warp::uniform_triangle(vec2(rest.min(1.0f32.next_down()), u.y));
-                Self::on_mesh(triangles, index as u32, vec2(b.y, b.z))
+                let (index, rest) = warp::choose(cumulative, u.x);
+                let b = warp::uniform_triangle(vec2(rest, u.y));
+                Sampled::on_mesh(triangles, index, vec2(b.y, b.z))
             }
         }
-    }
-
-    #[inline]
-    fn on_mesh(triangles: &[(Triangle, Vec3)], index: u32, b: Vec2) -> Sampled {
-        let (triangle, ng) = &triangles[index as usize];
-        let ng = fault!("sampled_normals_turned_over", *ng, -*ng);
-        Sampled { at: triangle.point([b.x.into(), b.y.into()], ng), triangle: index, b }
     }
 
     /// A sphere whose outside emits is sampled by the cone it fills, where it is seen from outside.
@@ -225,22 +237,8 @@ impl AreaEmitter {
         }
         match &self.shape {
             AreaShape::Rectangle(rectangle) => Some(Near::Rectangle(rectangle, rectangle.seen_from(p_ref)?)),
-            AreaShape::Mesh { few: Some(few), .. } => Some(Near::Triangles(few.seen_from(p_ref)?)),
-            _ => None,
-        }
-    }
-
-    /// A point uniform over the solid angle that is seen; None if that is dark.
-    #[inline]
-    fn sample_near(&self, near: &Near, u: Vec2) -> Option<Sampled> {
-        match (near, &self.shape) {
-            (Near::Rectangle(rectangle, seen), _) => {
-                let b = seen.sample(u);
-                Some(Sampled::whole(rectangle.quad.sample(b), b))
-            }
-            (Near::Triangles(seen), AreaShape::Mesh { triangles, .. }) if seen.solid_angle() > 0.0 => {
-                let (index, b) = seen.sample(u);
-                Some(Self::on_mesh(triangles, index, b))
+            AreaShape::Mesh { triangles, few: Some(few), .. } => {
+                Some(Near::Triangles(triangles, few.seen_from(p_ref)?))
             }
             _ => None,
         }
@@ -270,7 +268,7 @@ impl AreaEmitter {
         }
         let near = self.near(p_ref);
         let sampled = match &near {
-            Some(near) => self.sample_near(near, u)?,
+            Some(near) => near.sample(u)?,
             None => self.sample_area(u),
         };
         let at = sampled.at;

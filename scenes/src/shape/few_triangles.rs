@@ -3,7 +3,7 @@
 use super::{Rectangle, Triangle};
 use glam::DVec3;
 use sampling::warp::SphericalTriangle;
-use sampling::{Vec2, Vec3, vec2};
+use sampling::{Vec2, Vec3, vec2, warp};
 
 /// Few triangles, all sampled together by the solid angles that they fill: the density is one over their sum, whichever is met.
 #[derive(Clone, Debug, PartialEq)]
@@ -110,14 +110,11 @@ impl SeenTriangles<'_> {
 
     /// A triangle, and barycentric coordinates of its second and third corner; there must be a solid angle.
     #[inline(never)]
-    pub fn sample(&self, u: Vec2) -> (u32, Vec2) {
+    pub fn sample(&self, u: Vec2) -> (usize, Vec2) {
         let cumulative = &self.cumulative[..self.few.facets.len()];
-        let position = f64::from(u.x) * self.solid_angle();
-        let index = cumulative.partition_point(|&sum| sum <= position);
-        let before = if index == 0 { 0.0 } else { cumulative[index - 1] };
-        let rest = ((position - before) / (cumulative[index] - before)) as f32;
+        let (index, rest) = warp::choose(cumulative, u.x);
         let seen = self.few.facets[index].from(self.p_ref);
-        (index as u32, seen.sample(vec2(rest.min(1.0f32.next_down()), u.y)))
+        (index, seen.sample(vec2(rest, u.y)))
     }
 
     /// The density [1/sr] of [`sample`](Self::sample) in directions that meet one of them that is not dark; 0 where all are.
@@ -187,7 +184,7 @@ mod tests {
         let mut counts = [0.0; 12];
         for i in 0..N * N {
             let u = vec2((i % N) as f32 + 0.5, (i / N) as f32 + 0.5) / N as f32;
-            counts[seen.sample(u).0 as usize] += seen.solid_angle() / (N * N) as f64;
+            counts[seen.sample(u).0] += seen.solid_angle() / (N * N) as f64;
         }
         for ((count, facet), (_, ng)) in counts.iter().zip(&cube.facets).zip(sides()) {
             let exact = if (p - ng).dot(ng) > 0.0 { facet.from(p.as_dvec3()).solid_angle() } else { 0.0 };
@@ -195,10 +192,7 @@ mod tests {
         }
         for u in [0.0, 1.0f32.next_down()] {
             let (index, b) = seen.sample(vec2(u, u));
-            assert!(
-                counts[index as usize] > 0.0 && b.min_element() >= 0.0 && b.element_sum() <= 1.0,
-                "{u}: {index}, {b}"
-            );
+            assert!(counts[index] > 0.0 && b.min_element() >= 0.0 && b.element_sum() <= 1.0, "{u}: {index}, {b}");
         }
     }
 }
