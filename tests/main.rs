@@ -5,6 +5,7 @@ mod bsdf_laws;
 mod cameras;
 mod classics;
 mod cli;
+mod coherent;
 mod composite;
 mod coverage;
 mod crops;

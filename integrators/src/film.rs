@@ -8,6 +8,8 @@
 //! blocks in flight, and any part of the image that the film has.
 
 mod parts;
+mod place;
+mod residual;
 mod store;
 mod sums;
 
@@ -19,6 +21,8 @@ use crate::measurement::Counters;
 use crate::request::Request;
 use crate::splats::{Splat, Splats};
 pub use parts::PartsFilm;
+pub use place::Place;
+pub use residual::{Average, ResidualFilm, Source};
 use sampling::filter::Filter;
 use sampling::{Spectrum, Vec2, fault};
 use scenes::camera::{Edges, Raster};
@@ -209,9 +213,11 @@ impl BlockFilm<'_> {
     }
 }
 
-impl BlockFilm<'_> {
-    /// The layer of the series that a contribution belongs to, and its share; `None` for what is not wanted or, and then it is
-    /// counted, not finite.
+impl Place for BlockFilm<'_> {
+    fn request(&self) -> &Request {
+        self.request
+    }
+
     #[inline]
     fn counted(&mut self, c: &Contribution) -> Option<(usize, Spectrum)> {
         let layer = self.request.layer(c.technique.order())?;
@@ -236,7 +242,11 @@ impl BlockFilm<'_> {
         Some((layer, value))
     }
 
-    /// Adds to successive layers where a contribution lands.
+    fn count_unweighted(&mut self, layer: usize, c: &Contribution) {
+        let scale = self.scale;
+        self.fireflies.iter_mut().for_each(|found| found.count(layer, brought(c.value) * scale));
+    }
+
     #[inline]
     fn place<const N: usize>(&mut self, c: &Contribution, layer: usize, values: [Spectrum; N]) {
         match (c.technique, fault!("splats_ignore_the_filter", self.raster.filter, Filter::Box)) {

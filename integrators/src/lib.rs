@@ -25,6 +25,7 @@ pub mod bdpt;
 pub mod bias;
 pub mod block;
 pub mod classics;
+pub mod coherent;
 pub mod composite;
 pub mod connect;
 pub mod contribution;

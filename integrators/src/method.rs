@@ -1,6 +1,7 @@
 //! THE LIST of methods.
 
 use crate::bias::Bias;
+use crate::coherent::CoherentPath;
 use crate::composite::{self, Composite};
 use crate::integrator::{Estimator, Integrator};
 use crate::metropolis::{Metropolis, Mmlt, Pssmlt};
@@ -81,6 +82,11 @@ impl Methods {
             .with::<crate::direct::Direct>("direct", "orders 0 and 1: emitter sampling, BSDF sampling, or both by MIS")
             .with::<crate::path::Path>("path", "path tracing with next-event estimation and MIS")
             .with::<crate::guided::Guided>("guided", "path tracing that learns where light comes from (SD-trees)")
+            .with_integrator(
+                "coherent",
+                "path tracing with the same numbers in many pixels, whose common error neighbours take off",
+                |name, settings| CoherentPath { name, settings },
+            )
             .with::<crate::light::Light>("light", "particle tracing from the emitters, connected to the camera")
             .with::<crate::bdpt::Bdpt>("bdpt", "bidirectional path tracing: every strategy (s, t), weighted by MIS")
             .with::<crate::vcm::Vcm>("vcm", "connections and merged vertices, weighted by MIS over both")

@@ -84,7 +84,7 @@ impl<E: Estimator> Integrator for Sampled<E> {
 }
 
 /// Shows what a sample contributes.
-struct Witness<'s>(&'s mut dyn FnMut(&Contribution));
+pub(crate) struct Witness<'s>(pub &'s mut dyn FnMut(&Contribution));
 
 impl Sink for Witness<'_> {
     const WANTS: Wants = Wants { vertices: true, ..Wants::NOTHING };

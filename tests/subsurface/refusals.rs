@@ -15,7 +15,7 @@ fn methods_that_cannot_follow_light_through_bodies_say_so() {
             continue;
         }
         let message = error.expect(name).to_string();
-        for word in [name, "`stuff`", "subsurface", "use a method that can (path, guided, pssmlt)"] {
+        for word in [name, "`stuff`", "subsurface", "use a method that can (path, guided, coherent, pssmlt)"] {
             assert!(message.contains(word), "{name}: `{word}` in {message}");
         }
     }

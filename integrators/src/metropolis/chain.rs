@@ -154,7 +154,7 @@ impl PointSink for BlockFilm<'_> {
     }
 }
 
-impl PointSink for PartsFilm<'_, '_> {
+impl PointSink for PartsFilm<'_, BlockFilm<'_>> {
     fn count(&mut self, counters: &crate::measurement::Counters, invalid: [&Vec<u64>; 2]) {
         self.0.count(counters, invalid);
     }

@@ -1,0 +1,227 @@
+//! Path tracing with the same random numbers in many pixels, whose common error is taken from their neighbours' own: `coherent`.
+//!
+//! Of the samples of a pixel that sees a diffuse surface, half take the pixel's *own* random numbers and half the *common* ones, the same in all such
+//! pixels \[Sadeghi09\]. With C for the image of the common samples and O for that of the own ones, the estimate is
+//!
+//! ```text
+//! I = C + F (O − C)
+//! ```
+//!
+//! F averages over the [neighbours](neighbours) of a pixel that see much the same. O and C have the same mean and F depends on the scene alone, so the mean
+//! of I is the truth whatever F is: F (O − C) is a control variate in image space \[Rousselle16\]. What neighbouring pixels err by with common numbers
+//! is much the same, so that (1 − F) C errs by little, and F O by what the average over all neighbours errs by. The walks that \[Kettunen15\] traces for
+//! gradients are the common ones of neighbouring pixels here, so that none is traced twice.
+//!
+//! A pixel that sees edges, mirrors, gloss, lamps or the sky takes all of its samples with numbers of its own, as `path` does; so does what it has no
+//! neighbours like. Order 0 is the mean of all samples in any pixel.
+//!
+//! The common error of all pixels is not in the image, but the mean of an image is that of the own samples: half as many, for twice the variance. Where
+//! neighbours' errors are not alike, as in caustics, a pixel has up to twice the variance of `path`.
+
+mod neighbours;
+
+use crate::contribution::{Contribution, Technique};
+use crate::film::{Average, Block, BlockFilm, PartsFilm, PixelSink, ResidualFilm, Source};
+use crate::guide::Unguided;
+use crate::integrator::{Estimator, Integrator, Pass, Pixel, Replicate};
+use crate::measurement::Counters;
+use crate::path::Path;
+use crate::request::Request;
+use crate::roulette::Roulette;
+use crate::sampled::Witness;
+use crate::scratch::Scratch;
+use neighbours::Neighbours;
+use sampling::mis::Heuristic;
+use sampling::sampler::{Purpose, Sampler};
+use scenes::{Needs, Scene};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::ops::RangeInclusive;
+
+/// How far a pixel's neighbours are \[pixels\].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "u32", into = "u32")]
+pub struct Reach(u32);
+
+impl TryFrom<u32> for Reach {
+    type Error = String;
+    fn try_from(pixels: u32) -> Result<Self, String> {
+        if (1..=16).contains(&pixels) {
+            return Ok(Self(pixels));
+        }
+        Err(format!("neighbours {pixels} pixels away; give a number from 1 to 16"))
+    }
+}
+
+impl From<Reach> for u32 {
+    fn from(reach: Reach) -> Self {
+        reach.0
+    }
+}
+
+/// The settings of path tracing with common numbers.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Coherent {
+    /// How far the neighbours are that share their error \[pixels\].
+    pub radius: Reach,
+    /// How sampled points and walks that meet emitters are weighted.
+    pub mis: Heuristic,
+    /// How walks end.
+    pub roulette: Roulette,
+    /// The number of scatterings from which roulette is played.
+    pub roulette_start: usize,
+}
+
+impl Default for Coherent {
+    fn default() -> Self {
+        let Path { mis, roulette_start, .. } = Path::default();
+        Self { radius: Reach(2), mis, roulette: Roulette::Throughput, roulette_start }
+    }
+}
+
+impl Coherent {
+    fn path(&self) -> Path {
+        Path { mis: self.mis, roulette: self.roulette.into(), roulette_start: self.roulette_start, ..Path::default() }
+    }
+}
+
+/// The method, under a name.
+pub(crate) struct CoherentPath {
+    pub name: &'static str,
+    pub settings: Coherent,
+}
+
+impl Integrator for CoherentPath {
+    fn name(&self) -> &str {
+        self.name
+    }
+
+    fn settings(&self) -> Value {
+        serde_json::to_value(&self.settings).unwrap_or(Value::Null)
+    }
+
+    fn orders(&self, max_order: usize) -> RangeInclusive<usize> {
+        self.settings.path().orders(max_order)
+    }
+
+    fn carries_subsurface(&self) -> bool {
+        Path::SUBSURFACE
+    }
+
+    fn expression(&self) -> &'static str {
+        self.settings.path().expression()
+    }
+
+    fn classifies(&self) -> bool {
+        Path::CLASSIFIES
+    }
+
+    fn makes(&self, technique: Technique) -> bool {
+        self.settings.path().makes(technique)
+    }
+
+    fn unsupported(&self, _: &Scene) -> Option<String> {
+        None
+    }
+
+    fn unsupported_request(&self, request: &Request) -> Option<String> {
+        self.settings.path().unsupported_request(request)
+    }
+
+    fn missing_light(&self, needs: &Needs) -> Vec<String> {
+        self.settings.path().missing_light(needs)
+    }
+
+    fn bytes(&self, pixels: u64, _: &Request) -> u64 {
+        pixels * Neighbours::BYTES
+    }
+
+    fn begin<'a>(&'a self, scene: &'a Scene, request: &'a Request, replicate: Replicate) -> Box<dyn Pass + 'a> {
+        let neighbours = Neighbours::find(scene, self.settings.radius.0, replicate.samples > 1);
+        Box::new(CoherentPass { path: self.settings.path(), scene, request, replicate, neighbours })
+    }
+}
+
+/// A replicate at work.
+struct CoherentPass<'a> {
+    path: Path,
+    scene: &'a Scene,
+    request: &'a Request,
+    replicate: Replicate,
+    neighbours: Neighbours,
+}
+
+impl Pass for CoherentPass<'_> {
+    fn pilot(&self) -> Counters {
+        self.neighbours.work
+    }
+
+    fn run(&self, block: Block, out: &mut BlockFilm) {
+        let mut film = ResidualFilm::new(out, block.tile.clone(), self.replicate.samples);
+        let mut scratch = Scratch::default();
+        let mut samplers = Source::EVERY.map(|source| self.sampler(source));
+        for pixel in block.tile.y.clone().flat_map(|y| block.tile.x.clone().map(move |x| (x, y))) {
+            for number in block.samples.clone() {
+                let source = self.source(pixel, number);
+                let sampler = &mut samplers[source as usize];
+                film.set_source(source);
+                match self.request.parts().list() {
+                    [] => self.sample(pixel, (source, number), sampler, &mut scratch, &mut film),
+                    _ => self.sample(pixel, (source, number), sampler, &mut scratch, &mut PartsFilm(&mut film)),
+                }
+            }
+        }
+        *film.counters() += scratch.counters;
+        film.spread(&self.neighbours);
+    }
+
+    fn replay(&mut self, pixel: (u32, u32), sample: u32, show: &mut dyn FnMut(&Contribution)) -> bool {
+        let source = self.source(pixel, sample);
+        let mut sampler = self.sampler(source);
+        self.sample(pixel, (source, sample), &mut sampler, &mut Scratch::default(), &mut Witness(show));
+        true
+    }
+}
+
+impl CoherentPass<'_> {
+    /// Where a sample of a pixel is from: of one that shares numbers, own and common ones by turns.
+    fn source(&self, pixel: (u32, u32), number: u32) -> Source {
+        match (self.neighbours.shares(pixel), number % 2) {
+            (false, _) => Source::All,
+            (true, 0) => Source::Own,
+            (true, _) => Source::Common,
+        }
+    }
+
+    /// What gives samples of a source their numbers.
+    fn sampler(&self, source: Source) -> Sampler {
+        let Replicate { sampler, key, samples, .. } = self.replicate;
+        let size = (self.scene.camera.width(), self.scene.camera.height());
+        Sampler::new(sampler, key.of_part(source as u32), source.samples(samples), size)
+    }
+
+    /// Takes one sample.
+    #[inline]
+    fn sample<S: PixelSink>(
+        &self,
+        (x, y): (u32, u32),
+        (source, number): (Source, u32),
+        sampler: &mut Sampler,
+        scratch: &mut Scratch,
+        out: &mut S,
+    ) {
+        let own = u64::from(y) * u64::from(self.scene.camera.width()) + u64::from(x);
+        match source {
+            Source::All => sampler.start_sample(own, number),
+            Source::Own => sampler.start_sample(own, number / 2),
+            Source::Common => sampler.start_sample(0, number / 2),
+        }
+        let (pixel, weight) = Pixel::sample(x, y, self.scene.camera.filter(), sampler.get_2d(Purpose::Film));
+        out.start_sample(pixel, number, weight);
+        self.path.trace(Unguided, (self.scene, self.request), pixel, sampler, scratch, out);
+    }
+}
+
+#[cfg(test)]
+mod tests;
