@@ -2,7 +2,7 @@
 //!
 //! False-alarm rate: 0.1 % for each scene (Šidák over orders and blocks), as for every pair of methods.
 
-use crate::support::{Budget, Entry, Family, agree, builtin, furnished, measure, method_with};
+use crate::support::{Budget, Entry, Family, agree, builtin, measure, method_with};
 use sampling::filter::Filter;
 use serde_json::json;
 
@@ -26,19 +26,19 @@ fn diffuse_rooms() {
     }
 }
 
-/// Every kind of lobe: what is seen diffuse shares numbers, beside what does not.
+/// A floor that shares numbers, and plates that do not.
 #[test]
-fn every_kind_of_lobe() {
+fn gloss_beside_diffuse_surfaces() {
     let [near, far] = coherent(32);
-    let entries = [near, far, Entry::new("bdpt", 24).without_roulette()];
-    agree("coherent in a furnished room", &furnished([true, true]), 4, &entries, 0.25);
+    let entries = [near, far, Entry::new("path", 32).without_roulette()];
+    agree("coherent on veach_mis", &builtin("veach_mis", SIZE), 2, &entries, 0.3);
 }
 
 /// Replicates of a number of samples that cannot be halved, or not at all.
 #[test]
 fn odd_numbers_of_samples() {
     let scene = builtin("cornell_box", SIZE);
-    let budget = |samples: u32| Budget { samples, replicates: 1024 / samples, ..Budget::samples(16) }.up_to(2);
+    let budget = |samples: u32| Budget { samples, replicates: 512 / samples, ..Budget::samples(16) }.up_to(2);
     let path = measure(&scene, method_with("path", json!({})).as_ref(), "path", budget(4));
     let mut family = Family::new("coherent by few samples");
     for samples in [1, 2, 3, 7] {
@@ -55,19 +55,19 @@ fn odd_numbers_of_samples() {
     family.finish(0.3);
 }
 
-/// In the Cornell box with 32 independent samples of each of 64x64 pixels, orders from 1 on have less than half the variance of those by `path`.
+/// In the Cornell box with 16 independent samples of each of 128x128 pixels, orders 1 to 3 have less than half the variance of those by `path`.
 #[test]
 fn neighbours_take_off_half_the_variance() {
-    let scene = builtin("cornell_box", 64);
+    let scene = builtin("cornell_box", 128);
     let variance = |name: &str| {
-        let budget = Budget { samples: 32, replicates: 8, ..Budget::samples(32) }.up_to(4);
+        let budget = Budget { samples: 16, replicates: 8, ..Budget::samples(16) }.up_to(3);
         let rendered = measure(&scene, method_with(name, json!({})).as_ref(), name, budget);
         let m = &rendered.measurement;
-        (1..=4)
+        (1..=3)
             .map(|order| (0..m.pixels()).map(|pixel| m.variance(order, pixel).unwrap()[1]).sum::<f64>())
             .collect::<Vec<_>>()
     };
     let ratios: Vec<f64> = variance("coherent").iter().zip(variance("path")).map(|(a, b)| a / b).collect();
-    println!("variance of orders 1 to 4 over that by path: {ratios:.3?}");
+    println!("variance of orders 1 to 3 over that by path: {ratios:.3?}");
     assert!(ratios.iter().all(|&ratio| ratio < 0.5), "{ratios:?}");
 }

@@ -112,6 +112,8 @@
 //! - `[Kelemen02]` C. Kelemen, L. Szirmay-Kalos, G. Antal, F. Csonka: *A simple and robust mutation strategy for the Metropolis light
 //!   transport algorithm*, Computer Graphics Forum 21(3), 2002.
 //! - `[Kensler13]` A. Kensler: *Correlated multi-jittered sampling*, Pixar technical memo 13-01, 2013.
+//! - `[Kettunen15]` M. Kettunen, M. Manzi, M. Aittala, J. Lehtinen, F. Durand, M. Zwicker: *Gradient-domain path tracing*, ACM
+//!   Transactions on Graphics 34(4), 2015.
 //! - `[King13]` A. King, C. Kulla, A. Conty, M. Fajardo: *BSSRDF importance sampling*, SIGGRAPH 2013 talks.
 //! - `[Knight13]` P. A. Knight, D. Ruiz: *A fast algorithm for matrix balancing*, IMA Journal of Numerical Analysis 33(3), 2013.
 //! - `[Knaus11]` C. Knaus, M. Zwicker: *Progressive photon mapping: a probabilistic approach*, ACM Transactions on Graphics 30(3), 2011.
@@ -152,7 +154,10 @@
 //!   Transactions on Graphics 41(4), 2022.
 //! - `[Richardson1911]` L. F. Richardson: *The approximate arithmetical solution by finite differences of physical problems*,
 //!   Philosophical Transactions of the Royal Society A 210, 1911.
+//! - `[Rousselle16]` F. Rousselle, W. Jarosz, J. Novák: *Image-space control variates for rendering*, ACM Transactions on Graphics
+//!   35(6), 2016.
 //! - `[Rusinkiewicz98]` S. M. Rusinkiewicz: *A new change of variables for efficient BRDF representation*, EGSR 1998.
+//! - `[Sadeghi09]` I. Sadeghi, B. Chen, H. W. Jensen: *Coherent path tracing*, Journal of Graphics, GPU, and Game Tools 14(2), 2009.
 //! - `[Shirley97]` P. Shirley, K. Chiu: *A low distortion map between disk and square*, JGT 2(3), 1997.
 //! - `[Sinkhorn64]` R. Sinkhorn: *A relationship between arbitrary positive matrices and doubly stochastic matrices*, The Annals of
 //!   Mathematical Statistics 35(2), 1964.

@@ -16,7 +16,7 @@
 //! neighbours like. Order 0 is the mean of all samples in any pixel.
 //!
 //! The common error of all pixels is not in the image, but the mean of an image is that of the own samples: half as many, for twice the variance. Where
-//! neighbours' errors are not alike, as in caustics, a pixel has up to twice the variance of `path`.
+//! neighbours' errors are not alike, as in caustics, nothing is gained.
 
 mod neighbours;
 

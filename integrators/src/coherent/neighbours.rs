@@ -64,8 +64,8 @@ pub(super) struct Neighbours {
 }
 
 impl Neighbours {
-    /// Bytes for each pixel.
-    pub const BYTES: u64 = (size_of::<Option<Seen>>() + size_of::<f32>()) as u64;
+    /// Bytes for each pixel, with those for its corner while it is looked for them.
+    pub const BYTES: u64 = (2 * size_of::<Option<Seen>>() + size_of::<f32>()) as u64;
 
     /// Looks at every pixel of the image; where there is nothing to share, none shares.
     pub fn find(scene: &Scene, radius: u32, any: bool) -> Self {
