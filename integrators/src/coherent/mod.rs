@@ -7,7 +7,7 @@
 //! I = C + F (O − C)
 //! ```
 //!
-//! F averages over the [neighbours](neighbours) of a pixel that see much the same. O and C have the same mean and F depends on the scene alone, so the mean
+//! F averages over the neighbours of a pixel that see much the same. O and C have the same mean and F depends on the scene alone, so the mean
 //! of I is the truth whatever F is: F (O − C) is a control variate in image space \[Rousselle16\]. What neighbouring pixels err by with common numbers
 //! is much the same, so that (1 − F) C errs by little, and F O by what the average over all neighbours errs by. The walks that \[Kettunen15\] traces for
 //! gradients are the common ones of neighbouring pixels here, so that none is traced twice.
