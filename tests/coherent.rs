@@ -2,8 +2,10 @@
 //!
 //! False-alarm rate: 0.1 % for each scene (Šidák over orders and blocks), as for every pair of methods.
 
-use crate::support::{Budget, Entry, Family, agree, builtin, measure, method_with};
+use crate::support::{Budget, Entry, Family, agree, builtin, measure, method_with, seed};
+use integrators::{Orders, Part, PartSettings, Quantity, Render, RenderSettings, Window, render};
 use sampling::filter::Filter;
+use sampling::sampler::{Role, SamplerKind};
 use serde_json::json;
 
 const SIZE: u32 = 24;
@@ -22,7 +24,10 @@ fn diffuse_rooms() {
         let mut scene = builtin(name, SIZE);
         scene.camera.set_filter(filter);
         let [near, far] = coherent(32);
-        agree(&format!("coherent on {name}"), &scene, 4, &[near, far, Entry::new("bdpt", 24).without_roulette()], 0.3);
+        let runs = json!({"runs": "bdpt(roulette=none):0:0.25;coherent(roulette=none):1-4:0.75"});
+        let part = Entry::new("composite", 32).with("coherent in a composite", runs);
+        let entries = [near, far, part, Entry::new("bdpt", 24).without_roulette()];
+        agree(&format!("coherent on {name}"), &scene, 4, &entries, 0.3);
     }
 }
 
@@ -70,4 +75,46 @@ fn neighbours_take_off_half_the_variance() {
     let ratios: Vec<f64> = variance("coherent").iter().zip(variance("path")).map(|(a, b)| a / b).collect();
     println!("variance of orders 1 to 3 over that by path: {ratios:.3?}");
     assert!(ratios.iter().all(|&ratio| ratio < 0.5), "{ratios:?}");
+}
+
+/// What an image is taken apart into adds up to it where pixels share numbers, and weights are between 0 and 1.
+#[test]
+fn parts_add_up() {
+    let scene = builtin("cornell_box", SIZE);
+    let settings = RenderSettings {
+        orders: Orders::up_to(3),
+        tail: false,
+        samples_per_replicate: 5,
+        seed: seed(),
+        sampler: SamplerKind::Independent,
+        instance: "parts".to_owned(),
+        role: Role::Estimate,
+    };
+    let method = method_with("coherent", json!({}));
+    let parts = PartSettings { strategies: true, ..PartSettings::default() };
+    let request = render::request(&scene, method.as_ref(), &settings, &parts).unwrap();
+    let mut render = Render::of_request(&scene, method.as_ref(), settings, Window::whole(SIZE, SIZE), request).unwrap();
+    (0..3).for_each(|_| render.run_replicate(&|_| {}));
+    let m = render.finish();
+    for pixel in 0..m.pixels() {
+        let mut sums = [[0.0; 3]; 4];
+        for (layer, part) in m.parts() {
+            let value = m.mean(layer, pixel);
+            match *part {
+                Part::Strategy { s, t, quantity: Quantity::Weighted } => {
+                    sums[s + t - 2].iter_mut().zip(value).for_each(|(sum, x)| *sum += x);
+                }
+                Part::Strategy { quantity: Quantity::Weights, .. } => {
+                    let [weights, number, _] = value;
+                    assert!(weights >= 0.0 && weights <= number * (1.0 + 1e-6), "{pixel}: {weights} of {number}");
+                }
+                _ => {}
+            }
+        }
+        for (order, sum) in sums.iter().enumerate() {
+            for (sum, whole) in sum.iter().zip(m.mean(order, pixel)) {
+                assert!((sum - whole).abs() <= 1e-5 * (1.0 + whole.abs()), "{pixel}, order {order}: {sum} {whole}");
+            }
+        }
+    }
 }

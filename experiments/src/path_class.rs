@@ -16,7 +16,7 @@ pub fn carries(missing: &[String], layer: Option<Layer>, max_order: usize) -> bo
     layer.map_or_else(|| (0..=max_order).map(Layer::Order).all(has), has)
 }
 
-/// The radiance, channel by channel, that a single path of this layer may bring which the method meets by chance alone, at most.
+/// The radiance, channel by channel, that a single path of this layer may bring which the method meets by chance alone, at most, as often as its sample counts.
 ///
 /// Those are paths whose walk from the camera hits an emitter where no connection would have found the same path: what the camera
 /// sees shine, what it sees shine in mirrors and through glass, or everything where the method has no connections. As small as the
@@ -36,7 +36,7 @@ pub fn largest_hit(method: &dyn Integrator, scene: &Scene, layer: Layer) -> [f64
     if !method.samples_are_independent() {
         return [f64::INFINITY; 3];
     }
-    scene.brightest().to_array().map(f64::from)
+    scene.brightest().to_array().map(|radiance| f64::from(radiance) * method.counts())
 }
 
 /// The same of all of a measurement's layers.

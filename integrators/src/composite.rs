@@ -148,6 +148,11 @@ impl Integrator for Composite {
         reasons.next().map(|(name, reason)| format!("{name}: {reason}"))
     }
 
+    fn counts(&self) -> f64 {
+        let shares: f64 = self.parts.iter().map(|part| part.run.share).sum();
+        self.parts.iter().map(|part| shares / part.run.share * part.method.counts()).fold(1.0, f64::max)
+    }
+
     fn missing_light(&self, needs: &Needs) -> Vec<String> {
         let mut missing = Vec::new();
         for part in &self.parts {

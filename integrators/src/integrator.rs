@@ -188,6 +188,11 @@ pub trait Integrator: Send + Sync {
         true
     }
 
+    /// How often a sample counts in the mean of the image, at most: more than once where only some of a pixel's samples tell it.
+    fn counts(&self) -> f64 {
+        1.0
+    }
+
     /// Why it finds nothing to begin with, where it supports scene and request, if so. Asked once, before long work.
     fn seedless(&self, _scene: &Scene, _request: &Request) -> Option<String> {
         None

@@ -20,6 +20,7 @@
 
 mod neighbours;
 
+use crate::bias::Bias;
 use crate::contribution::{Contribution, Technique};
 use crate::film::{Average, Block, BlockFilm, PartsFilm, PixelSink, ResidualFilm, Source};
 use crate::guide::Unguided;
@@ -46,10 +47,10 @@ pub struct Reach(u32);
 impl TryFrom<u32> for Reach {
     type Error = String;
     fn try_from(pixels: u32) -> Result<Self, String> {
-        if (1..=16).contains(&pixels) {
+        if (1..=8).contains(&pixels) {
             return Ok(Self(pixels));
         }
-        Err(format!("neighbours {pixels} pixels away; give a number from 1 to 16"))
+        Err(format!("neighbours {pixels} pixels away; give a number from 1 to 8"))
     }
 }
 
@@ -121,12 +122,21 @@ impl Integrator for CoherentPath {
         self.settings.path().makes(technique)
     }
 
-    fn unsupported(&self, _: &Scene) -> Option<String> {
-        None
+    fn bias(&self) -> Bias {
+        self.settings.path().bias()
+    }
+
+    fn unsupported(&self, scene: &Scene) -> Option<String> {
+        self.settings.path().unsupported(scene)
     }
 
     fn unsupported_request(&self, request: &Request) -> Option<String> {
         self.settings.path().unsupported_request(request)
+    }
+
+    /// Those with common numbers tell what neighbours differ by, and not the mean.
+    fn counts(&self) -> f64 {
+        2.0
     }
 
     fn missing_light(&self, needs: &Needs) -> Vec<String> {
@@ -138,7 +148,11 @@ impl Integrator for CoherentPath {
     }
 
     fn begin<'a>(&'a self, scene: &'a Scene, request: &'a Request, replicate: Replicate) -> Box<dyn Pass + 'a> {
-        let neighbours = Neighbours::find(scene, self.settings.radius.0, replicate.samples > 1);
+        // A single sample has no common numbers.
+        let neighbours = match replicate.samples {
+            1 => Neighbours::none(scene),
+            _ => Neighbours::find(scene, self.settings.radius.0),
+        };
         Box::new(CoherentPass { path: self.settings.path(), scene, request, replicate, neighbours })
     }
 }
@@ -178,8 +192,12 @@ impl Pass for CoherentPass<'_> {
 
     fn replay(&mut self, pixel: (u32, u32), sample: u32, show: &mut dyn FnMut(&Contribution)) -> bool {
         let source = self.source(pixel, sample);
-        let mut sampler = self.sampler(source);
-        self.sample(pixel, (source, sample), &mut sampler, &mut Scratch::default(), &mut Witness(show));
+        let (mut sampler, mut scratch) = (self.sampler(source), Scratch::default());
+        let samples = self.replicate.samples;
+        let mut scaled = |c: &Contribution| {
+            show(&Contribution { weight: c.weight * f64::from(source.counts(c, samples)), ..*c });
+        };
+        self.sample(pixel, (source, sample), &mut sampler, &mut scratch, &mut Witness(&mut scaled));
         true
     }
 }

@@ -9,11 +9,11 @@ use sampling::{Vec3, vec2};
 use scenes::{Interaction, Scene};
 use std::f32::consts::PI;
 
-/// From here on, surfaces are not alike: one minus the cosine between their normals, 14°;
+/// One minus the cosine between the normals of surfaces that are not alike: 14°.
 const TURN: f32 = 0.03;
-/// the squared sine of the angle at which one lies off the plane of the other, 8°;
+/// The squared sine of the angle at which one lies off the plane of another that is not like it: 8°.
 const OFF_PLANE: f32 = 0.02;
-/// and the part of the larger by which their albedos differ.
+/// The part of the larger albedo by which the other differs of surfaces that are not alike.
 const ALBEDO: f32 = 0.2;
 /// Neighbours whose weights add up to less are too few to be shared with.
 const FEWEST: f32 = 1.0;
@@ -64,24 +64,27 @@ pub(super) struct Neighbours {
 }
 
 impl Neighbours {
-    /// Bytes for each pixel, with those for its corner while it is looked for them.
+    /// Bytes for each pixel, with those for a corner of it while neighbours are found.
     pub const BYTES: u64 = (2 * size_of::<Option<Seen>>() + size_of::<f32>()) as u64;
 
-    /// Looks at every pixel of the image; where there is nothing to share, none shares.
-    pub fn find(scene: &Scene, radius: u32, any: bool) -> Self {
+    /// No pixel shares numbers.
+    pub fn none(scene: &Scene) -> Self {
         let (width, height) = (scene.camera.width(), scene.camera.height());
-        let pixels = width as usize * height as usize;
-        let mut all =
-            Self { width, height, radius, seen: vec![None; pixels], scales: Vec::new(), work: Counters::default() };
-        if !any {
-            return all;
-        }
+        let (seen, scales) = (vec![None; width as usize * height as usize], Vec::new());
+        Self { width, height, radius: 0, seen, scales, work: Counters::default() }
+    }
+
+    /// Looks at every pixel of the image.
+    pub fn find(scene: &Scene, radius: u32) -> Self {
+        let mut all = Self { radius, ..Self::none(scene) };
+        let (width, pixels) = (all.width, all.seen.len());
         let corners = Corners::look(scene);
         all.work.closest = corners.seen.len() as u64;
         let at = |i: usize| ((i % width as usize) as u32, (i / width as usize) as u32);
         // What a filter reaches is the pixel's, too.
         let reach = (scene.camera.filter().radius() - 0.5).ceil() as u32;
         all.seen.par_iter_mut().enumerate().for_each(|(i, seen)| *seen = corners.pixel(at(i), reach));
+        drop(corners);
         let sums = |all: &Self| (0..pixels).into_par_iter().map(|i| all.sum(at(i))).collect::<Vec<f32>>();
         let alone: Vec<bool> = sums(&all).iter().map(|&sum| sum < 1.0 + FEWEST).collect();
         all.seen.iter_mut().zip(&alone).filter(|(_, alone)| **alone).for_each(|(seen, _)| *seen = None);
@@ -96,8 +99,8 @@ impl Neighbours {
     /// The sum of the unnormalised weights at a pixel; 0 where it shares no numbers.
     fn sum(&self, at: (u32, u32)) -> f32 {
         let Some(seen) = self.seen(at) else { return 0.0 };
-        let near = |i: u32, size: u32| i.saturating_sub(self.radius)..(i + self.radius + 1).min(size);
-        let pixels = near(at.1, self.height).flat_map(|y| near(at.0, self.width).map(move |x| (x, y)));
+        let around = |i: u32, size: u32| i.saturating_sub(self.radius)..(i + self.radius + 1).min(size);
+        let pixels = around(at.1, self.height).flat_map(|y| around(at.0, self.width).map(move |x| (x, y)));
         pixels.map(|of| self.seen(of).map_or(0.0, |other| self.near(at, of) * seen.likeness(other))).sum()
     }
 
@@ -141,7 +144,7 @@ impl Corners {
         let columns = width as usize + 1;
         let look = |i: usize| {
             let raster = vec2((i % columns) as f32, (i / columns) as f32);
-            // It is large to be copied.
+            // By reference: an interaction is large.
             match &scene.intersect(&scene.camera.sample_we(raster, vec2(0.5, 0.5)).ray) {
                 Some(hit) => Seen::of(scene, hit),
                 None => None,

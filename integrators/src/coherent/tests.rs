@@ -23,7 +23,7 @@ fn averages_are_of_what_sees_the_same_surface_and_add_up_to_one() {
     for (name, least) in [("cornell_box", 0.7), ("veach_mis", 0.5)] {
         let scene = scene(name);
         for radius in [1, 2, 7] {
-            let neighbours = Neighbours::find(&scene, radius, true);
+            let neighbours = Neighbours::find(&scene, radius);
             let shared = pixels().filter(|&at| neighbours.shares(at)).count();
             assert!(shared as f64 > least * f64::from(SIZE * SIZE), "{name}: {shared} pixels share numbers");
             for at in pixels().filter(|&at| neighbours.shares(at)) {
@@ -47,7 +47,7 @@ fn averages_are_of_what_sees_the_same_surface_and_add_up_to_one() {
 #[test]
 fn nothing_is_shared_where_there_is_one_sample_or_no_diffuse_surface() {
     let glossy = scene("veach_mis");
-    let neighbours = Neighbours::find(&glossy, 2, true);
+    let neighbours = Neighbours::find(&glossy, 2);
     let plates = pixels().filter(|&at| {
         let middle = sampling::vec2(at.0 as f32 + 0.5, at.1 as f32 + 0.5);
         let ray = glossy.camera.sample_we(middle, sampling::vec2(0.5, 0.5)).ray;
@@ -56,6 +56,6 @@ fn nothing_is_shared_where_there_is_one_sample_or_no_diffuse_surface() {
     });
     let plates: Vec<_> = plates.collect();
     assert!(plates.len() > 200 && plates.iter().all(|&at| !neighbours.shares(at)), "{}", plates.len());
-    let alone = Neighbours::find(&scene("cornell_box"), 2, false);
+    let alone = Neighbours::none(&scene("cornell_box"));
     assert!(pixels().all(|at| !alone.shares(at)) && alone.work == Counters::default());
 }

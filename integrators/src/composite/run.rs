@@ -120,7 +120,7 @@ impl Part {
         };
         if run.regions.is_some() && method.splats() {
             return Err(format!(
-                "{name} cannot be left to regions: its samples bring light to pixels all over the image; give the regions to path or direct"
+                "{name} cannot be left to regions: its samples bring light to other pixels than their own; give the regions to path or direct"
             ));
         }
         match why_not {

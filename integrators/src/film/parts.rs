@@ -20,7 +20,8 @@ impl<P: Place> Sink for PartsFilm<'_, P> {
         if let Some(strategy) = film.request().parts().strategy(c.technique) {
             film.count_unweighted(strategy + 1, &c);
             let weight = c.weight as f32;
-            film.place(&c, strategy, [value, c.value, Spectrum::new(weight, 1.0, weight + 1.0)]);
+            film.place(&c, strategy, [value, c.value]);
+            film.place_alike(&c, strategy + 2, Spectrum::new(weight, 1.0, weight + 1.0));
         }
         if let Some(merged) = film.request().parts().merged(c.technique) {
             film.place(&c, merged, [value]);

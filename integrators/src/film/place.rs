@@ -13,9 +13,14 @@ pub trait Place {
     /// counted, not finite.
     fn counted(&mut self, c: &Contribution) -> Option<(usize, Spectrum)>;
 
-    /// Tells those who look for rare bright contributions of an unweighted one to a layer.
+    /// Adds to what the sample at work has brought to a layer that it does not itself count in: the unweighted contribution.
     fn count_unweighted(&mut self, layer: usize, c: &Contribution);
 
     /// Adds to successive layers where a contribution lands.
     fn place<const N: usize>(&mut self, c: &Contribution, layer: usize, values: [Spectrum; N]);
+
+    /// The same of what is no light, such as a number of contributions: all samples count alike.
+    fn place_alike(&mut self, c: &Contribution, layer: usize, value: Spectrum) {
+        self.place(c, layer, [value]);
+    }
 }

@@ -30,6 +30,20 @@ impl Source {
             Self::Common => of / 2,
         }
     }
+
+    /// Whether a contribution goes to its own pixel and nowhere else. What the camera sees shine does: a lamp at an edge is known better by the
+    /// mean of all samples.
+    fn is_plain(self, c: &Contribution) -> bool {
+        self == Self::All || c.technique.order() == 0
+    }
+
+    /// How often a contribution counts, of so many samples of a pixel.
+    pub(crate) fn counts(self, c: &Contribution, samples: u32) -> f32 {
+        if self.is_plain(c) {
+            return 1.0;
+        }
+        samples as f32 / fault!("samples_of_a_source_taken_for_all", self.samples(samples), samples) as f32
+    }
 }
 
 /// What pixels that share random numbers make of one another's residuals.
@@ -74,6 +88,15 @@ impl<'f, 'r> ResidualFilm<'f, 'r> {
         &mut self.film.counters
     }
 
+    /// What a film does that takes a contribution for as large as it counts.
+    fn as_often_as<T>(&mut self, c: &Contribution, does: impl FnOnce(&mut BlockFilm<'r>) -> T) -> T {
+        let scale = self.film.scale;
+        self.film.scale = scale * self.source.counts(c, self.samples);
+        let done = does(self.film);
+        self.film.scale = scale;
+        done
+    }
+
     /// The residuals of a pixel of the tile.
     fn of(&self, (x, y): (u32, u32)) -> std::ops::Range<usize> {
         let pixel = (y - self.tile.y.start) as usize * self.tile.x.len() + (x - self.tile.x.start) as usize;
@@ -116,22 +139,20 @@ impl Place for ResidualFilm<'_, '_> {
 
     #[inline]
     fn counted(&mut self, c: &Contribution) -> Option<(usize, Spectrum)> {
-        self.film.counted(c)
+        self.as_often_as(c, |film| film.counted(c))
     }
 
     fn count_unweighted(&mut self, layer: usize, c: &Contribution) {
-        self.film.count_unweighted(layer, c);
+        self.as_often_as(c, |film| film.count_unweighted(layer, c));
     }
 
     #[inline]
     fn place<const N: usize>(&mut self, c: &Contribution, layer: usize, values: [Spectrum; N]) {
-        let values = values.map(|value| value * self.film.weight);
-        // What a lamp at an edge brings is known better by the mean of all.
-        if self.source == Source::All || c.technique.order() == 0 {
+        let weight = self.film.weight * self.source.counts(c, self.samples);
+        let values = values.map(|value| value * weight);
+        if self.source.is_plain(c) {
             return self.film.add_to(self.film.pixel, layer, values);
         }
-        let taken = fault!("samples_of_a_source_taken_for_all", self.source.samples(self.samples), self.samples);
-        let values = values.map(|value| value * (self.samples as f32 / taken as f32));
         let mut sign = 1.0;
         if self.source == Source::Common {
             self.film.add_to(self.film.pixel, layer, values);
@@ -142,6 +163,10 @@ impl Place for ResidualFilm<'_, '_> {
         for (residual, value) in residuals.zip(values) {
             residual.iter_mut().zip(value.to_array()).for_each(|(sum, x)| *sum += sign * f64::from(x));
         }
+    }
+
+    fn place_alike(&mut self, _: &Contribution, layer: usize, value: Spectrum) {
+        self.film.add_to(self.film.pixel, layer, [value * self.film.weight]);
     }
 }
 
