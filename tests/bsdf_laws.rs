@@ -42,7 +42,12 @@ struct Draws(Sampler);
 
 impl Draws {
     fn new(law: &str) -> Self {
-        Self(Sampler::new(SamplerKind::Independent, StreamKey::new(1, law, Role::Estimate, 0), 1 << 24, (1, 1)))
+        Self(Sampler::new(
+            SamplerKind::Independent,
+            StreamKey::new(support::seed(), law, Role::Estimate, 0),
+            1 << 24,
+            (1, 1),
+        ))
     }
 
     fn at(&mut self, case: usize, i: u32) -> (f32, Vec2) {
@@ -299,11 +304,16 @@ fn weights_are_value_times_cosine_over_density() {
 
 #[test]
 fn no_light_is_gained() {
-    // ∫ f* |cos| dwi ≤ 1 at 64 angles, by quadrature over the sphere and, for delta lobes, over the choice.
+    // ∫ f* |cos| dwi ≤ 1 at 64 angles, every day at half of them, by quadrature over the sphere and, for delta lobes, over the choice.
     let mut draws = Draws::new("energy");
     let cosines = (0..60).map(|i| (i as f32 * 1.565 / 60.0).cos()).chain([1e-3, 1e-4, 1e-5, 1e-7]);
     let sides = [(1.0, 0.6), (-1.0, 3.9)].into_iter().cycle();
-    let directions: Vec<Vec3> = cosines.zip(sides).map(|(cos, (side, phi))| direction(side * cos, phi)).collect();
+    let mut directions: Vec<Vec3> = cosines.zip(sides).map(|(cos, (side, phi))| direction(side * cos, phi)).collect();
+    if support::scale() <= 1.0 {
+        // One of each side among four, the first and the last too.
+        directions =
+            directions.into_iter().enumerate().filter(|(i, _)| i % 4 == 0 || i % 4 == 3).map(|(_, d)| d).collect();
+    }
     let mut worst = Vec::new();
     for (case, (name, model)) in listed().into_iter().enumerate() {
         let mut largest = (0.0, Vec3::ZERO);

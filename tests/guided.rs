@@ -18,7 +18,7 @@ fn guided(samples: u32) -> [Entry; 2] {
 
 #[test]
 fn diffuse_rooms() {
-    for (name, samples) in [("cornell_box", 64), ("integrating_sphere", 24)] {
+    for (name, samples) in [("cornell_box", 32), ("integrating_sphere", 12)] {
         let [taught, default] = guided(samples);
         let entries = [taught, default, Entry::new("bdpt", 3 * samples / 4).without_roulette()];
         agree(&format!("guided on {name}"), &builtin(name, SIZE), 6, &entries, 0.4);
@@ -28,15 +28,15 @@ fn diffuse_rooms() {
 /// Glass, through which a guide has nothing to say, and floors that it leads to glass.
 #[test]
 fn caustics() {
-    let [taught, default] = guided(128);
-    let entries = [taught.up_to(4), default.up_to(4), Entry::new("bdpt", 96).without_roulette()];
+    let [taught, default] = guided(64);
+    let entries = [taught.up_to(4), default.up_to(4), Entry::new("bdpt", 64).without_roulette()];
     agree("guided on glass_caustic", &builtin("glass_caustic", SIZE), 4, &entries, 0.3);
 }
 
 /// Every kind of lobe, and emitters that next-event estimation and guided walks both find.
 #[test]
 fn every_kind_of_lobe() {
-    let [taught, default] = guided(96);
-    let entries = [taught, default, Entry::new("bdpt", 64).without_roulette()];
+    let [taught, default] = guided(48);
+    let entries = [taught, default, Entry::new("bdpt", 32).without_roulette()];
     agree("guided in a furnished room", &furnished([true, true]), 4, &entries, 0.3);
 }

@@ -21,7 +21,7 @@ fn enclosures_of_known_orders() {
                 let settings = json!({"mis": mis, "roulette": "none", "light_paths": light_paths});
                 let label = format!("{light_paths} light paths");
                 let method = method_with("bdpt", settings);
-                truth.compare(&mut family, &label, method.as_ref(), Budget::samples(64), COLUMNS);
+                truth.compare(&mut family, &label, method.as_ref(), Budget::samples(32), COLUMNS);
             }
             family.finish(0.9);
         }

@@ -122,7 +122,7 @@ fn in_a_closed_octahedron_every_order_converges_on_every_face() {
     let linear = arriving(2048, "linear");
     let regions: Vec<_> = (0..8).map(|face| scene.region(&format!("face{face}")).unwrap()).collect();
     let key = |replicate| StreamKey::new(seed(), "octahedron", Role::Estimate, replicate);
-    let walks: Vec<Flux> = (0..32).map(|r| Flux::of(&scene, &regions, MAX_ORDER, key(r), 131_072)).collect();
+    let walks: Vec<Flux> = (0..256).map(|r| Flux::of(&scene, &regions, MAX_ORDER, key(r), 16_384)).collect();
     let mut family = Family::new("closed octahedron");
     for order in 1..=MAX_ORDER {
         let at = order - 1;
@@ -157,7 +157,7 @@ fn in_a_closed_octahedron_every_order_converges_on_every_face() {
 fn it_carries_what_its_expression_says() {
     let mut scene = open_room(2.0);
     scene.camera.set_size(8, 8);
-    let rendered = radiosity(&scene, 2560, "linear", "error");
+    let rendered = radiosity(&scene, 1280, "linear", "error");
     let mut family = Family::new("LD*E");
     for order in 0..=3 {
         let truth = classes(&scene, order, &["LD*E".to_owned()]);
@@ -177,7 +177,7 @@ fn in_the_cornell_box_the_error_falls_with_the_elements() {
     let budget = Budget { sampler: SamplerKind::Stratified, ..Budget::samples(32) };
     let path = measure(&scene, method("path").as_ref(), "path", budget.up_to(3));
     let blocks = path.blocks(8);
-    let meshes = [80, 320, 1280].map(|elements| (elements, radiosity(&scene, elements, "linear", "error")));
+    let meshes = [80, 320, 960].map(|elements| (elements, radiosity(&scene, elements, "linear", "error")));
     for order in 1..=3 {
         let truth: Vec<Estimate> = blocks.iter().map(|pixels| path.over(order, pixels)).collect();
         let mean = truth.iter().map(|t| t.mean).sum::<f64>() / truth.len() as f64;
@@ -210,10 +210,10 @@ fn in_the_cornell_box_the_error_falls_with_the_elements() {
 fn what_escapes_is_what_escapes_of_walks() {
     let mut family = Family::new("escape");
     for (scene, bound) in [(open_room(2.0), 0.0), (builtin("cornell_box", 16), 0.004)] {
-        let settings: Radiosity = serde_json::from_value(json!({"elements": 1280})).unwrap();
+        let settings: Radiosity = serde_json::from_value(json!({"elements": 800})).unwrap();
         let solution = settings.solve(&scene, &Request::new(Orders::up_to(MAX_ORDER), false)).unwrap();
         let key = |replicate| StreamKey::new(seed(), "flux", Role::Estimate, replicate);
-        let walks: Vec<Flux> = (0..64).map(|r| Flux::of(&scene, &[], MAX_ORDER, key(r), 16_384)).collect();
+        let walks: Vec<Flux> = (0..256).map(|r| Flux::of(&scene, &[], MAX_ORDER, key(r), 4_096)).collect();
         for (order, flux) in solution.report.flux.iter().enumerate() {
             let escaped: Vec<f64> = walks.iter().map(|walks| grey(walks.escaped[order])).collect();
             let walked = Estimate::of(&escaped);

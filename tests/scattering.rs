@@ -201,7 +201,7 @@ fn compare(truth: &Truth, lobes: Lobes, conclusive: f64) {
     let mut family = Family::new(truth.name());
     // A pinhole does not see by light tracing what a delta lobe sends to it.
     for name in ALL.into_iter().filter(|name| *name != "light" || !lobes.intersects(Lobes::DELTA)) {
-        let budget = Budget::samples(if name == "light" { 1024 } else { 128 });
+        let budget = Budget::samples(if name == "light" { 512 } else { 64 });
         truth.compare(&mut family, name, plain(name).as_ref(), budget, COLUMNS);
     }
     family.finish(conclusive);

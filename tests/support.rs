@@ -45,6 +45,11 @@ pub fn seed() -> u64 {
     std::env::var("NEUMANN_TEST_SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(1)
 }
 
+/// Whether the seed is that of every day, and the budget no smaller.
+pub fn is_everyday() -> bool {
+    seed() == 1 && scale() >= 1.0
+}
+
 /// A method of the list with its default settings.
 pub fn method(name: &str) -> Box<dyn Integrator> {
     method_with(name, json!({}))

@@ -204,7 +204,7 @@ fn form_factors_of_a_closed_room_sum_to_one() {
 fn orders_of_a_furnace_are_powers_of_its_albedo() {
     let (albedo, emitted) = (0.7f32, 2.0);
     let scene = room(dvec3(1.0, 2.0, 0.5), albedo, emitted).build(Skip::Unneeded).unwrap();
-    let solution = solved(&scene, 6, &settings(400, Basis::Linear, Refinement::Error));
+    let solution = solved(&scene, 6, &settings(200, Basis::Linear, Refinement::Error));
     let radiosity = PI * f64::from(emitted);
     for order in 1..=7 {
         let arrives = radiosity * f64::from(albedo).powi(order as i32 - 1);
@@ -239,7 +239,7 @@ fn occluded_room() -> Scene {
 fn flux_is_neither_made_nor_lost() {
     let box_ = scenes::load("cornell_box", &scenes::LoadOptions::default()).unwrap();
     for (scene, closed) in [(box_, false), (occluded_room(), true)] {
-        for (elements, basis) in [(400, Basis::Constant), (400, Basis::Linear), (120, Basis::Linear)] {
+        for (elements, basis) in [(200, Basis::Constant), (200, Basis::Linear), (120, Basis::Linear)] {
             let solution = solved(&scene, 5, &settings(elements, basis, Refinement::Error));
             let report = &solution.report;
             println!(
@@ -298,7 +298,7 @@ fn bits_do_not_depend_on_threads() {
     let scene = scenes::load("cornell_box", &scenes::LoadOptions::default()).unwrap();
     let solve = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let solution = pool.install(|| solved(&scene, 3, &settings(300, Basis::Linear, Refinement::Error)));
+        let solution = pool.install(|| solved(&scene, 3, &settings(150, Basis::Linear, Refinement::Error)));
         (1..=4).map(|order| solution.irradiance(order).unwrap().to_vec()).collect::<Vec<_>>()
     };
     assert_eq!(solve(1), solve(3));
