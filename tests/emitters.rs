@@ -5,7 +5,7 @@
 use crate::support::{ALL, Budget, COLUMNS, Entry, Family, agree, lambert, measure, method, room, shining};
 use glam::{DVec3, dvec3};
 use sampling::math::Spectrum;
-use scenes::{Emission, Scene, SceneBuilder, Skip, Texture};
+use scenes::{Emission, MeshData, Scene, SceneBuilder, Skip, Texture};
 
 /// All methods, with samples in the ratio of what they cost.
 fn entries(samples: u32) -> [Entry; 4] {
@@ -43,6 +43,20 @@ fn two_sided_emitter() {
     builder.emit(lamp, Emission { radiance: Texture::Constant(Spectrum::splat(3.0)), two_sided: true });
     let scene = builder.build(Skip::Unneeded).unwrap();
     agree("two-sided emitter", &scene, 5, &entries(24), 0.9);
+}
+
+/// A tetrahedron just above the floor, which is sampled by the solid angles of those of its faces that a point sees.
+#[test]
+fn few_triangles_beside_the_floor() {
+    let mut builder = room("few triangles");
+    let grey = builder.material(lambert(0.5));
+    let positions =
+        vec![dvec3(-0.3, -0.9, -0.2), dvec3(0.3, -0.95, -0.3), dvec3(0.1, -0.9, 0.4), dvec3(0.05, -0.4, 0.0)];
+    let outwards = vec![[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]];
+    let lamp = builder.mesh(MeshData { positions, triangles: outwards, ..MeshData::default() }, grey);
+    builder.emit(lamp, shining(2.0));
+    let scene = builder.build(Skip::Unneeded).unwrap();
+    agree("few triangles beside the floor", &scene, 4, &entries(24), 0.9);
 }
 
 /// An area emitter, a ball, a point and the environment, of powers that differ a hundredfold.

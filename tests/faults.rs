@@ -88,6 +88,7 @@ const FAULTS: &[(&str, &str)] = &[
     ("normal_quantile_for_students", "coverage::synthetic::intervals_of_means_cover_the_truth"),
     ("relative_error_over_the_mean", "coverage::synthetic::errors_of_known_values"),
     ("signs_of_errors_kept", "coverage::synthetic::errors_of_known_values"),
+    ("choice_among_triangles_forgotten", "emitters::few_triangles_beside_the_floor"),
     ("mirrored_meshes_inside_out", "meshes::emitters_on_meshes_shine_as_quads_do"),
     ("light_paths_of_a_crop_alone", "crops::a_crop_has_the_bits_of_the_whole_image"),
     ("sums_in_single_precision", "stress::materials::a_million_samples_of_one_value"),

@@ -3,7 +3,7 @@
 use super::{Rectangle, Triangle};
 use glam::DVec3;
 use sampling::warp::SphericalTriangle;
-use sampling::{Vec2, Vec3, vec2, warp};
+use sampling::{Vec2, Vec3, fault, vec2, warp};
 
 /// Few triangles, all sampled together by the solid angles that they fill: the density is one over their sum, whichever is met.
 #[derive(Clone, Debug, PartialEq)]
@@ -120,7 +120,8 @@ impl SeenTriangles<'_> {
     /// The density [1/sr] of [`sample`](Self::sample) in directions that meet one of them that is not dark; 0 where all are.
     #[inline]
     pub fn pdf(&self) -> f32 {
-        let solid_angle = self.solid_angle();
+        let all = self.few.facets.len() as f64;
+        let solid_angle = fault!("choice_among_triangles_forgotten", self.solid_angle(), self.solid_angle() / all);
         if solid_angle > 0.0 { (1.0 / solid_angle) as f32 } else { 0.0 }
     }
 }
