@@ -7,7 +7,7 @@
 mod learnt;
 mod merges;
 
-use crate::support::{PathDensities, builtin, bumps, contributions, in_relief, lambert, room, seed, shining, sky};
+use crate::support::{PathDensities, builtin, bumps, contributions, in_relief, lambert, room, shining, sky};
 use glam::{DVec3, dvec2, dvec3};
 use integrators::bdpt::{Bdpt, Weighting};
 use integrators::connect::{EmitterEnd, PerStrategy, Strategies};
@@ -62,13 +62,7 @@ impl Sink for Collect<'_> {
 fn paths(scene: &Scene, settings: &Bdpt, samples: u32) -> Vec<Found> {
     let learnt = settings.learnt.as_ref().map(|learnt| &learnt.0);
     let mut collect = Collect { found: Vec::new(), learnt };
-    contributions(
-        scene,
-        settings,
-        6,
-        (StreamKey::new(10 + seed(), "weights", Role::Estimate, 0), samples),
-        &mut collect,
-    );
+    contributions(scene, settings, 6, (StreamKey::new(11, "weights", Role::Estimate, 0), samples), &mut collect);
     collect.found
 }
 
