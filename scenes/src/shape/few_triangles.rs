@@ -120,8 +120,11 @@ impl SeenTriangles<'_> {
     /// The density [1/sr] of [`sample`](Self::sample) in directions that meet one of them that is not dark; 0 where all are.
     #[inline]
     pub fn pdf(&self) -> f32 {
-        let all = self.few.facets.len() as f64;
-        let solid_angle = fault!("choice_among_triangles_forgotten", self.solid_angle(), self.solid_angle() / all);
+        let solid_angle = fault!(
+            "choice_among_triangles_forgotten",
+            self.solid_angle(),
+            self.solid_angle() / self.few.facets.len() as f64
+        );
         if solid_angle > 0.0 { (1.0 / solid_angle) as f32 } else { 0.0 }
     }
 }
