@@ -3,7 +3,8 @@
 //! A light subpath and a camera subpath are traced, and every pair of their vertices is connected: strategy `(s, t)` joins
 //! `s` light vertices to `t` camera vertices and estimates order `s + t − 2`. `s = 0` are emitters that the camera subpath
 //! met; at `s = 1` the emitter's point is sampled anew as seen from the camera vertex, at `t = 1` the camera's as seen from
-//! the light vertex, and the contribution is splatted. MIS weights the strategies that could have made the same path.
+//! the light vertex, and the contribution is splatted. MIS weights the strategies that could have made the same path. Without those of
+//! `t = 1` nothing lands in other pixels than the sample's own, and a light subpath may serve samples of many pixels.
 //!
 //! What is left to settings moves no mean: how strategies are weighted, where walks end, how many light subpaths there are to a
 //! camera subpath, and which connections a ray is traced for.
@@ -21,7 +22,7 @@ mod weighting;
 pub use weighting::Weighting;
 
 use crate::connect::{EmitterEnd, PerStrategy, Strategies};
-use crate::contribution::Sink;
+use crate::contribution::{Sink, Technique};
 use crate::integrator::{Estimator, Pixel, Replicate};
 use crate::measurement::Counters;
 use crate::next_event::FURTHER;
@@ -65,8 +66,10 @@ pub struct Bdpt {
     pub roulette: SubpathRoulette,
     /// The number of scatterings from which roulette by throughput is played.
     pub roulette_start: usize,
-    /// Whether emitters are connected straight to the camera, strategy (1, 1): less noise at the edges of what shines
-    /// against a few splats everywhere on it.
+    /// Whether light vertices are connected to the camera, strategies (s, 1), which alone find caustics well, and splat them.
+    pub camera_connections: bool,
+    /// Whether emitters are, strategy (1, 1), if any light vertices are: less noise at the edges of what shines against a few splats
+    /// everywhere on it.
     pub emitter_to_camera: bool,
     /// Light subpaths for each camera subpath.
     pub light_paths: NonZeroU16,
@@ -91,6 +94,7 @@ impl Default for Bdpt {
             mis: Heuristic::POWER.into(),
             roulette: SubpathRoulette::Local,
             roulette_start: 3,
+            camera_connections: true,
             emitter_to_camera: true,
             light_paths: NonZeroU16::MIN,
             next_event_candidates: NonZeroU16::MIN,
@@ -118,14 +122,18 @@ impl Bdpt {
             first_number: 0,
             stop: Stop::Nowhere,
         };
-        // Order k takes at most k + 2 camera vertices (one less where walks cannot meet an emitter) and k + 1 light vertices.
+        // Order k takes at most k + 2 camera vertices (one less where walks cannot meet an emitter) and k + 1 light vertices (one less
+        // where these are not connected to the camera).
         let camera = last.map(|k| k + 1 + needs.hittable_emitters as usize);
         // Where nothing can be connected, a light subpath serves no strategy.
-        let light = if needs.non_delta_lobes { last.map(|k| k + 1) } else { Some(1) };
+        let light = if needs.non_delta_lobes { last.map(|k| k + self.camera_connections as usize) } else { Some(1) };
         Strategies {
             mis: self.mis.heuristic(),
             // No sampled point of an emitter lies in the one direction of parallel rays.
-            emitter_to_camera: self.emitter_to_camera && scene.camera.rays() != Rays::Parallel,
+            emitter_to_camera: self.emitter_to_camera
+                && self.camera_connections
+                && scene.camera.rays() != Rays::Parallel,
+            camera_connections: self.camera_connections,
             light_paths: f64::from(self.light_paths.get()),
             merging: self.photons.as_ref().map_or(0.0, Photons::merging),
             light: rules(Subpath::Light, light),
@@ -150,6 +158,17 @@ impl Bdpt {
 impl Estimator for Bdpt {
     const CLASSIFIES: bool = true;
 
+    fn makes(&self, technique: Technique) -> bool {
+        match technique {
+            Technique::Connect { t, .. } => t > 1 || self.camera_connections,
+            _ => false,
+        }
+    }
+
+    fn splats(&self) -> bool {
+        self.camera_connections
+    }
+
     fn unsupported_request(&self, request: &Request) -> Option<String> {
         if self.mis == Weighting::Optimal
             && let Some(setting) = self.unknown_to_densities()
@@ -167,7 +186,8 @@ impl Estimator for Bdpt {
     fn missing_light(&self, needs: &Needs) -> Vec<String> {
         let lost = needs.delta_emitters && needs.delta_lobes;
         let class = "LS.*E from points, spots and directional emitters, where no two neighbouring vertices before the camera scatter by other than delta lobes";
-        if lost { vec![class.to_owned()] } else { Vec::new() }
+        let and = if self.camera_connections { "" } else { ", the camera not being one of them" };
+        if lost { vec![format!("{class}{and}")] } else { Vec::new() }
     }
 
     fn prepare(&self, scene: &Scene, request: &Request, replicate: &Replicate) -> Option<Self> {
@@ -202,10 +222,12 @@ impl Estimator for Bdpt {
         let strategies = self.strategies(scene, request);
         let CameraStart { raster, sample } = start_camera(scene, pixel, sampler, &mut scratch.counters);
         trace_camera(scene, &strategies, &sample, sampler, scratch);
-        scratch.light.clear();
-        scratch.light_paths.clear();
-        for number in 0..self.light_paths.get() {
-            trace_light(scene, &strategies, number, sampler, scratch);
+        if !scratch.keeps_light {
+            scratch.light.clear();
+            scratch.light_paths.clear();
+            for number in 0..self.light_paths.get() {
+                trace_light(scene, &strategies, number, sampler, scratch);
+            }
         }
         let light = std::mem::take(&mut scratch.light);
         let camera = std::mem::take(&mut scratch.camera);

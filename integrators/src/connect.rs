@@ -75,6 +75,8 @@ impl EmitterEnd {
 pub struct Strategies {
     /// How they are weighted.
     pub mis: Heuristic,
+    /// Whether light vertices are connected to the camera, strategies (s, 1).
+    pub camera_connections: bool,
     /// Whether an emitter is connected straight to the camera, strategy (1, 1).
     pub emitter_to_camera: bool,
     /// Samples of every strategy that uses a light subpath, for one of the others.
@@ -185,9 +187,16 @@ impl Strategies {
     /// The same strategies as rivals of that of `j` camera vertices, which is one of them.
     #[inline]
     fn up_to_camera(&self, camera: &[PathVertex], j: usize, delta: bool, fewer: Rivals) -> Rivals {
-        let possible = !delta && !camera[j - 1].delta && fault!("camera_connections_left_out_of_the_sum", true, j > 1);
+        let possible = !delta && !camera[j - 1].delta && self.stops_at(j);
         let count = fault!("light_subpaths_counted_once", self.light_paths, 1.0);
         if possible { self.mis.join(fewer, count) } else { fewer }
+    }
+
+    /// Whether there are strategies of so many camera vertices.
+    #[inline]
+    fn stops_at(&self, t: usize) -> bool {
+        let connections = fault!("camera_connections_left_out_of_the_sum", self.camera_connections, false);
+        t > 1 || fault!("camera_connections_that_are_not_made_counted", connections, true)
     }
 
     /// What shorter camera subpaths have against one of `t` vertices, whose last two have these densities from the light's end.

@@ -1,7 +1,7 @@
 //! THE LIST of methods.
 
 use crate::bias::Bias;
-use crate::coherent::CoherentPath;
+use crate::coherent::{Coherent, CoherentBdpt, Sharing};
 use crate::composite::{self, Composite};
 use crate::integrator::{Estimator, Integrator};
 use crate::metropolis::{Metropolis, Mmlt, Pssmlt};
@@ -85,10 +85,15 @@ impl Methods {
             .with_integrator(
                 "coherent",
                 "path tracing with the same numbers in many pixels, whose common error neighbours take off",
-                |name, settings| CoherentPath { name, settings },
+                |name, settings: Coherent| Sharing { name, settings },
             )
             .with::<crate::light::Light>("light", "particle tracing from the emitters, connected to the camera")
             .with::<crate::bdpt::Bdpt>("bdpt", "bidirectional path tracing: every strategy (s, t), weighted by MIS")
+            .with_integrator(
+                "coherent_bdpt",
+                "bidirectional path tracing without splats, with light subpaths that many pixels share",
+                |name, settings: CoherentBdpt| Sharing { name, settings },
+            )
             .with::<crate::vcm::Vcm>("vcm", "connections and merged vertices, weighted by MIS over both")
             .with::<crate::ppm::Ppm>("ppm", "progressive photon mapping: camera walks that end among photons")
             .with::<crate::radiosity::Radiosity>(

@@ -6,7 +6,8 @@ use crate::trail::Trails;
 use crate::vertex::PathVertex;
 use std::ops::Range;
 
-/// One thread's buffers and counters; nothing in it outlives a sample but its capacity and the counters.
+/// One thread's buffers and counters; nothing in it outlives a sample but its capacity, the counters, and light subpaths that serve the
+/// next one.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     /// The camera subpath.
@@ -15,6 +16,8 @@ pub struct Scratch {
     pub light: Vec<PathVertex>,
     /// Where each of them is.
     pub light_paths: Vec<LightPath>,
+    /// Whether the light subpaths serve this sample, too, since it has the random numbers of the one before.
+    pub keeps_light: bool,
     /// The classes of paths, where they are asked for.
     pub trails: Trails,
     /// What probing a body has found.

@@ -61,7 +61,8 @@ impl<'a, S: Sink> Join<'a, S> {
         if self.strategies.emitter_to_camera && self.request.wants(0) {
             self.emitter_to_camera(sampler);
         }
-        for (number, path) in self.paths.iter().enumerate() {
+        let splatted = if self.strategies.camera_connections { self.paths } else { &[] };
+        for (number, path) in splatted.iter().enumerate() {
             for s in 2..=path.vertices.len() {
                 if self.request.wants(s - 1) {
                     self.splat(number, s, sampler);
@@ -97,7 +98,8 @@ impl<'a, S: Sink> Join<'a, S> {
             (0, _) => self.emission(t),
             (1, 1) if self.strategies.emitter_to_camera => self.emitter_to_camera(sampler),
             (1, 1) => {}
-            (_, 1) => self.splat(0, s, sampler),
+            (_, 1) if self.strategies.camera_connections => self.splat(0, s, sampler),
+            (_, 1) => {}
             _ if !self.camera[t - 1].is_connectable() || self.camera[t - 1].is_infinite() => {}
             (1, _) => self.next_event(t, sampler),
             _ => {

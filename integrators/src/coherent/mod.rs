@@ -1,4 +1,5 @@
-//! Path tracing with the same random numbers in many pixels, whose common error is taken from their neighbours' own: `coherent`.
+//! Path tracing with the same random numbers in many pixels, whose common error is taken from their neighbours' own: `coherent`; and bidirectional
+//! path tracing, `coherent_bdpt`.
 //!
 //! Of the samples of a pixel that sees a diffuse surface, half take the pixel's *own* random numbers and half the *common* ones, the same in all such
 //! pixels \[Sadeghi09\]. With C for the image of the common samples and O for that of the own ones, the estimate is
@@ -15,85 +16,39 @@
 //! A pixel that sees edges, mirrors, gloss, lamps or the sky takes all of its samples with numbers of its own, as `path` does; so does what it has no
 //! neighbours like. Order 0 is the mean of all samples in any pixel.
 //!
+//! Bidirectionally, light vertices are connected to camera subpaths and not to the camera, so that what a sample brings lands in its own pixel. With
+//! common numbers all pixels share one light subpath, a row of virtual lamps \[Keller97\], which a tile traces once; what these lamps light
+//! changes little from pixel to pixel, even where no walk from the camera would find what shines.
+//!
 //! The common error of all pixels is not in the image, but the mean of an image is that of the own samples: half as many, for twice the variance. Where
 //! neighbours' errors are not alike, as in caustics, nothing is gained.
 
 mod neighbours;
+mod settings;
 
 use crate::bias::Bias;
 use crate::contribution::{Contribution, Technique};
 use crate::film::{Average, Block, BlockFilm, PartsFilm, PixelSink, ResidualFilm, Source};
-use crate::guide::Unguided;
 use crate::integrator::{Estimator, Integrator, Pass, Pixel, Replicate};
 use crate::measurement::Counters;
-use crate::path::Path;
 use crate::request::Request;
-use crate::roulette::Roulette;
 use crate::sampled::Witness;
 use crate::scratch::Scratch;
 use neighbours::Neighbours;
-use sampling::mis::Heuristic;
 use sampling::sampler::{Purpose, Sampler};
 use scenes::{Needs, Scene};
-use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use settings::Settings;
+pub use settings::{Coherent, CoherentBdpt, Reach};
 use std::ops::RangeInclusive;
 
-/// How far a pixel's neighbours are \[pixels\].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "u32", into = "u32")]
-pub struct Reach(u32);
-
-impl TryFrom<u32> for Reach {
-    type Error = String;
-    fn try_from(pixels: u32) -> Result<Self, String> {
-        if (1..=8).contains(&pixels) {
-            return Ok(Self(pixels));
-        }
-        Err(format!("neighbours {pixels} pixels away; give a number from 1 to 8"))
-    }
-}
-
-impl From<Reach> for u32 {
-    fn from(reach: Reach) -> Self {
-        reach.0
-    }
-}
-
-/// The settings of path tracing with common numbers.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Coherent {
-    /// How far the neighbours are that share their error \[pixels\].
-    pub radius: Reach,
-    /// How sampled points and walks that meet emitters are weighted.
-    pub mis: Heuristic,
-    /// How walks end.
-    pub roulette: Roulette,
-    /// The number of scatterings from which roulette is played.
-    pub roulette_start: usize,
-}
-
-impl Default for Coherent {
-    fn default() -> Self {
-        let Path { mis, roulette_start, .. } = Path::default();
-        Self { radius: Reach(2), mis, roulette: Roulette::Throughput, roulette_start }
-    }
-}
-
-impl Coherent {
-    fn path(&self) -> Path {
-        Path { mis: self.mis, roulette: self.roulette.into(), roulette_start: self.roulette_start, ..Path::default() }
-    }
-}
-
-/// The method, under a name.
-pub(crate) struct CoherentPath {
+/// Such a method, under a name.
+pub(crate) struct Sharing<S> {
     pub name: &'static str,
-    pub settings: Coherent,
+    pub settings: S,
 }
 
-impl Integrator for CoherentPath {
+impl<S: Settings> Integrator for Sharing<S> {
     fn name(&self) -> &str {
         self.name
     }
@@ -103,35 +58,35 @@ impl Integrator for CoherentPath {
     }
 
     fn orders(&self, max_order: usize) -> RangeInclusive<usize> {
-        self.settings.path().orders(max_order)
+        self.settings.walks().orders(max_order)
     }
 
     fn carries_subsurface(&self) -> bool {
-        Path::SUBSURFACE
+        S::Walks::SUBSURFACE
     }
 
     fn expression(&self) -> &'static str {
-        self.settings.path().expression()
+        self.settings.walks().expression()
     }
 
     fn classifies(&self) -> bool {
-        Path::CLASSIFIES
+        S::Walks::CLASSIFIES
     }
 
     fn makes(&self, technique: Technique) -> bool {
-        self.settings.path().makes(technique)
+        self.settings.walks().makes(technique)
     }
 
     fn bias(&self) -> Bias {
-        self.settings.path().bias()
+        self.settings.walks().bias()
     }
 
     fn unsupported(&self, scene: &Scene) -> Option<String> {
-        self.settings.path().unsupported(scene)
+        self.settings.walks().unsupported(scene)
     }
 
     fn unsupported_request(&self, request: &Request) -> Option<String> {
-        self.settings.path().unsupported_request(request)
+        self.settings.walks().unsupported_request(request)
     }
 
     /// Those with common numbers tell what neighbours differ by, and not the mean.
@@ -140,7 +95,7 @@ impl Integrator for CoherentPath {
     }
 
     fn missing_light(&self, needs: &Needs) -> Vec<String> {
-        self.settings.path().missing_light(needs)
+        self.settings.walks().missing_light(needs)
     }
 
     fn bytes(&self, pixels: u64, _: &Request) -> u64 {
@@ -151,22 +106,22 @@ impl Integrator for CoherentPath {
         // A single sample has no common numbers.
         let neighbours = match replicate.samples {
             1 => Neighbours::none(scene),
-            _ => Neighbours::find(scene, self.settings.radius.0),
+            _ => Neighbours::find(scene, self.settings.radius().into()),
         };
-        Box::new(CoherentPass { path: self.settings.path(), scene, request, replicate, neighbours })
+        Box::new(SharingPass { walks: self.settings.walks(), scene, request, replicate, neighbours })
     }
 }
 
 /// A replicate at work.
-struct CoherentPass<'a> {
-    path: Path,
+struct SharingPass<'a, E> {
+    walks: E,
     scene: &'a Scene,
     request: &'a Request,
     replicate: Replicate,
     neighbours: Neighbours,
 }
 
-impl Pass for CoherentPass<'_> {
+impl<E: Estimator> Pass for SharingPass<'_, E> {
     fn pilot(&self) -> Counters {
         self.neighbours.work
     }
@@ -175,11 +130,16 @@ impl Pass for CoherentPass<'_> {
         let mut film = ResidualFilm::new(out, block.tile.clone(), self.replicate.samples);
         let mut scratch = Scratch::default();
         let mut samplers = Source::EVERY.map(|source| self.sampler(source));
-        for pixel in block.tile.y.clone().flat_map(|y| block.tile.x.clone().map(move |x| (x, y))) {
-            for number in block.samples.clone() {
+        let pixels = || block.tile.y.clone().flat_map(|y| block.tile.x.clone().map(move |x| (x, y)));
+        for number in block.samples.clone() {
+            let mut before = Source::All;
+            for pixel in pixels() {
                 let source = self.source(pixel, number);
                 let sampler = &mut samplers[source as usize];
                 film.set_source(source);
+                // Samples with common numbers have the same light subpaths, too.
+                scratch.keeps_light = (before, source) == (Source::Common, Source::Common);
+                before = source;
                 match self.request.parts().list() {
                     [] => self.sample(pixel, (source, number), sampler, &mut scratch, &mut film),
                     _ => self.sample(pixel, (source, number), sampler, &mut scratch, &mut PartsFilm(&mut film)),
@@ -202,7 +162,7 @@ impl Pass for CoherentPass<'_> {
     }
 }
 
-impl CoherentPass<'_> {
+impl<E: Estimator> SharingPass<'_, E> {
     /// Where a sample of a pixel is from: of one that shares numbers, own and common ones by turns.
     fn source(&self, pixel: (u32, u32), number: u32) -> Source {
         match (self.neighbours.shares(pixel), number % 2) {
@@ -237,7 +197,7 @@ impl CoherentPass<'_> {
         }
         let (pixel, weight) = Pixel::sample(x, y, self.scene.camera.filter(), sampler.get_2d(Purpose::Film));
         out.start_sample(pixel, number, weight);
-        self.path.trace(Unguided, (self.scene, self.request), pixel, sampler, scratch, out);
+        self.walks.estimate(self.scene, self.request, pixel, sampler, scratch, out);
     }
 }
 

@@ -232,7 +232,7 @@ impl Strategies {
             if product == 0.0 {
                 break;
             }
-            if !delta && !camera[j - 1].delta {
+            if !delta && !camera[j - 1].delta && self.stops_at(j) {
                 densities.values[s + more] = times(scale, product);
             }
             delta = camera[j - 1].delta;

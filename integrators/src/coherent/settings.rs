@@ -1,0 +1,111 @@
+//! The settings of methods whose pixels share random numbers.
+
+use crate::bdpt::Bdpt;
+use crate::integrator::Estimator;
+use crate::path::Path;
+use crate::roulette::{Roulette, SubpathRoulette};
+use sampling::mis::Heuristic;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+/// How far a pixel's neighbours are \[pixels\].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "u32", into = "u32")]
+pub struct Reach(u32);
+
+impl TryFrom<u32> for Reach {
+    type Error = String;
+    fn try_from(pixels: u32) -> Result<Self, String> {
+        if (1..=8).contains(&pixels) {
+            return Ok(Self(pixels));
+        }
+        Err(format!("neighbours {pixels} pixels away; give a number from 1 to 8"))
+    }
+}
+
+impl From<Reach> for u32 {
+    fn from(reach: Reach) -> Self {
+        reach.0
+    }
+}
+
+/// What such a method is asked for.
+pub(crate) trait Settings: Serialize + DeserializeOwned + Default + Send + Sync + 'static {
+    /// What takes its samples, none of which brings light to another pixel than its own.
+    type Walks: Estimator;
+
+    /// What takes them.
+    fn walks(&self) -> Self::Walks;
+
+    /// How far the neighbours are.
+    fn radius(&self) -> Reach;
+}
+
+/// The settings of path tracing with common numbers.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Coherent {
+    /// How far the neighbours are that share their error \[pixels\].
+    pub radius: Reach,
+    /// How sampled points and walks that meet emitters are weighted.
+    pub mis: Heuristic,
+    /// How walks end.
+    pub roulette: Roulette,
+    /// The number of scatterings from which roulette is played.
+    pub roulette_start: usize,
+}
+
+impl Default for Coherent {
+    fn default() -> Self {
+        let Path { mis, roulette_start, .. } = Path::default();
+        Self { radius: Reach(2), mis, roulette: Roulette::Throughput, roulette_start }
+    }
+}
+
+impl Settings for Coherent {
+    type Walks = Path;
+
+    fn walks(&self) -> Path {
+        let Self { mis, roulette, roulette_start, .. } = *self;
+        Path { mis, roulette: roulette.into(), roulette_start, ..Path::default() }
+    }
+
+    fn radius(&self) -> Reach {
+        self.radius
+    }
+}
+
+/// The settings of bidirectional path tracing with common numbers.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CoherentBdpt {
+    /// How far the neighbours are that share their error \[pixels\].
+    pub radius: Reach,
+    /// How strategies are weighted.
+    pub mis: Heuristic,
+    /// How walks end.
+    pub roulette: SubpathRoulette,
+    /// The number of scatterings from which roulette by throughput is played.
+    pub roulette_start: usize,
+}
+
+impl Default for CoherentBdpt {
+    fn default() -> Self {
+        let Bdpt { roulette, roulette_start, .. } = Bdpt::default();
+        // Light subpaths that many pixels share err more alike further away than walks of their own.
+        Self { radius: Reach(3), mis: Heuristic::POWER, roulette, roulette_start }
+    }
+}
+
+impl Settings for CoherentBdpt {
+    type Walks = Bdpt;
+
+    fn walks(&self) -> Bdpt {
+        let Self { mis, roulette, roulette_start, .. } = *self;
+        Bdpt { mis: mis.into(), roulette, roulette_start, camera_connections: false, ..Bdpt::default() }
+    }
+
+    fn radius(&self) -> Reach {
+        self.radius
+    }
+}
