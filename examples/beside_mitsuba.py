@@ -208,7 +208,7 @@ def samples_for(contender, seconds):
 
 
 def neumann_contenders(file, folder):
-    return [Neumann(file, folder, method, "sobol") for method in ("path", "coherent", "light", "bdpt", "composite")]
+    return [Neumann(file, folder, method, "sobol") for method in ("path", "coherent", "coherent_bdpt", "light", "bdpt", "composite")]
 
 
 def contenders_of(file, folder, args):

@@ -1,4 +1,5 @@
-//! Path tracing with common random numbers: what neighbours take off of one another's errors moves no mean, and is worth its while.
+//! Path tracing and bidirectional path tracing with common random numbers: what neighbours take off of one another's errors moves no mean, and is
+//! worth its while.
 //!
 //! False-alarm rate: 0.1 % for each scene (Šidák over orders and blocks), as for every pair of methods.
 
@@ -6,16 +7,21 @@ use crate::support::{Budget, Entry, Family, agree, builtin, measure, method_with
 use integrators::{Orders, Part, PartSettings, Quantity, Render, RenderSettings, Window, render};
 use sampling::filter::Filter;
 use sampling::sampler::{Role, SamplerKind};
+use scenes::Scene;
 use serde_json::json;
+use std::ops::RangeInclusive;
 
 const SIZE: u32 = 24;
 
+const METHODS: [&str; 2] = ["coherent", "coherent_bdpt"];
+
 /// With neighbours near and far.
-fn coherent(samples: u32) -> [Entry; 2] {
-    [
-        Entry::new("coherent", samples).without_roulette(),
-        Entry::new("coherent", samples).with("coherent, far", json!({"roulette": "none", "radius": 8})),
-    ]
+fn coherent(samples: u32) -> Vec<Entry> {
+    let near = METHODS.map(|name| Entry::new(name, samples).without_roulette());
+    let far = json!({"roulette": "none", "radius": 8});
+    let far = [("coherent", "coherent, far"), ("coherent_bdpt", "coherent_bdpt, far")]
+        .map(|(name, label)| Entry::new(name, samples).with(label, far.clone()));
+    near.into_iter().chain(far).collect()
 }
 
 #[test]
@@ -23,10 +29,10 @@ fn diffuse_rooms() {
     for (name, filter) in [("cornell_box", Filter::Mitchell), ("indirect_lamp", Filter::Box)] {
         let mut scene = builtin(name, SIZE);
         scene.camera.set_filter(filter);
-        let [near, far] = coherent(32);
+        let mut entries = coherent(32);
         let runs = json!({"runs": "bdpt(roulette=none):0:0.25;coherent(roulette=none):1-4:0.75"});
-        let part = Entry::new("composite", 32).with("coherent in a composite", runs);
-        let entries = [near, far, part, Entry::new("bdpt", 24).without_roulette()];
+        entries.push(Entry::new("composite", 32).with("coherent in a composite", runs));
+        entries.push(Entry::new("bdpt", 24).without_roulette());
         agree(&format!("coherent on {name}"), &scene, 4, &entries, 0.3);
     }
 }
@@ -34,8 +40,8 @@ fn diffuse_rooms() {
 /// A floor that shares numbers, and plates that do not.
 #[test]
 fn gloss_beside_diffuse_surfaces() {
-    let [near, far] = coherent(32);
-    let entries = [near, far, Entry::new("path", 32).without_roulette()];
+    let mut entries = coherent(32);
+    entries.push(Entry::new("path", 32).without_roulette());
     agree("coherent on veach_mis", &builtin("veach_mis", SIZE), 2, &entries, 0.3);
 }
 
@@ -46,13 +52,13 @@ fn odd_numbers_of_samples() {
     let budget = |samples: u32| Budget { samples, replicates: 512 / samples, ..Budget::samples(16) }.up_to(2);
     let path = measure(&scene, method_with("path", json!({})).as_ref(), "path", budget(4));
     let mut family = Family::new("coherent by few samples");
-    for samples in [1, 2, 3, 7] {
-        let coherent = method_with("coherent", json!({}));
-        let rendered = measure(&scene, coherent.as_ref(), &format!("coherent {samples}"), budget(samples));
+    for (name, samples) in METHODS.into_iter().flat_map(|name| [1, 2, 3, 7].map(|samples| (name, samples))) {
+        let coherent = method_with(name, json!({}));
+        let rendered = measure(&scene, coherent.as_ref(), &format!("{name} {samples}"), budget(samples));
         for order in 0..=2 {
-            family.image(format!("{samples} samples, order {order}"), rendered.image(order), path.image(order));
+            family.image(format!("{name}, {samples} samples, order {order}"), rendered.image(order), path.image(order));
             for (block, pixels) in path.blocks(4).iter().enumerate() {
-                let label = format!("{samples} samples, order {order}, block {block}");
+                let label = format!("{name}, {samples} samples, order {order}, block {block}");
                 family.block(label, rendered.over(order, pixels), path.over(order, pixels));
             }
         }
@@ -60,27 +66,42 @@ fn odd_numbers_of_samples() {
     family.finish(0.3);
 }
 
-/// In the Cornell box with 16 independent samples of each of 128x128 pixels, orders 1 to 3 have less than half the variance of those by `path`.
+/// With 16 independent samples of each of 128x128 pixels, orders have less than half the variance of those by `path`, and what a wall sends on of a
+/// lamp that nothing else sees less than half that of those by `bdpt` with all of its strategies.
 #[test]
 fn neighbours_take_off_half_the_variance() {
-    let scene = builtin("cornell_box", 128);
+    for (scene, first, coherent, other) in [
+        ("cornell_box", 1, "coherent", "path"),
+        ("cornell_box", 1, "coherent_bdpt", "path"),
+        ("indirect_lamp", 2, "coherent_bdpt", "bdpt"),
+    ] {
+        takes_off_half(&builtin(scene, 128), first..=3, coherent, other);
+    }
+}
+
+fn takes_off_half(scene: &Scene, orders: RangeInclusive<usize>, coherent: &str, other: &str) {
     let variance = |name: &str| {
         let budget = Budget { samples: 16, replicates: 8, ..Budget::samples(16) }.up_to(3);
-        let rendered = measure(&scene, method_with(name, json!({})).as_ref(), name, budget);
+        let rendered = measure(scene, method_with(name, json!({})).as_ref(), name, budget);
         let m = &rendered.measurement;
-        (1..=3)
+        orders
+            .clone()
             .map(|order| (0..m.pixels()).map(|pixel| m.variance(order, pixel).unwrap()[1]).sum::<f64>())
             .collect::<Vec<_>>()
     };
-    let ratios: Vec<f64> = variance("coherent").iter().zip(variance("path")).map(|(a, b)| a / b).collect();
-    println!("variance of orders 1 to 3 over that by path: {ratios:.3?}");
-    assert!(ratios.iter().all(|&ratio| ratio < 0.5), "{ratios:?}");
+    let ratios: Vec<f64> = variance(coherent).iter().zip(variance(other)).map(|(a, b)| a / b).collect();
+    println!("{}: variance of orders {orders:?} by {coherent} over that by {other}: {ratios:.3?}", scene.name);
+    assert!(ratios.iter().all(|&ratio| ratio < 0.5), "{}: {coherent}, {other}: {ratios:?}", scene.name);
 }
 
 /// What an image is taken apart into adds up to it where pixels share numbers, and weights are between 0 and 1.
 #[test]
 fn parts_add_up() {
     let scene = builtin("cornell_box", SIZE);
+    METHODS.into_iter().for_each(|name| parts_of_add_up(&scene, name));
+}
+
+fn parts_of_add_up(scene: &Scene, name: &str) {
     let settings = RenderSettings {
         orders: Orders::up_to(3),
         tail: false,
@@ -90,10 +111,10 @@ fn parts_add_up() {
         instance: "parts".to_owned(),
         role: Role::Estimate,
     };
-    let method = method_with("coherent", json!({}));
+    let method = method_with(name, json!({}));
     let parts = PartSettings { strategies: true, ..PartSettings::default() };
-    let request = render::request(&scene, method.as_ref(), &settings, &parts).unwrap();
-    let mut render = Render::of_request(&scene, method.as_ref(), settings, Window::whole(SIZE, SIZE), request).unwrap();
+    let request = render::request(scene, method.as_ref(), &settings, &parts).unwrap();
+    let mut render = Render::of_request(scene, method.as_ref(), settings, Window::whole(SIZE, SIZE), request).unwrap();
     (0..3).for_each(|_| render.run_replicate(&|_| {}));
     let m = render.finish();
     for pixel in 0..m.pixels() {

@@ -36,7 +36,9 @@ fn a_crop_has_the_bits_of_the_whole_image() {
     ] {
         let mut scene = builtin("cornell_box", SIZE);
         scene.camera.set_filter(filter);
-        for name in ALL.into_iter().chain(["composite", "coherent", "guided", "vcm", "ppm", "pssmlt", "mmlt"]) {
+        for name in
+            ALL.into_iter().chain(["composite", "coherent", "coherent_bdpt", "guided", "vcm", "ppm", "pssmlt", "mmlt"])
+        {
             let whole = rendered(&scene, name, sampler, Window::whole(SIZE, SIZE));
             for (x, y) in windows.clone() {
                 let window = Window { x, y };

@@ -38,7 +38,8 @@ fn bits(m: &Measurement) -> Vec<u64> {
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
     let scene = builtin("cornell_box", 40);
-    let by_default = ["direct", "path", "guided", "coherent", "light", "bdpt"].map(|name| (name, json!({})));
+    let by_default = ["direct", "path", "guided", "coherent", "coherent_bdpt", "light", "bdpt"];
+    let by_default = by_default.map(|name| (name, json!({})));
     let piloted = [
         ("bdpt", json!({"mis": "variance_aware"})),
         ("bdpt", json!({"mis": "optimal"})),

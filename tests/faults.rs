@@ -80,6 +80,7 @@ const FAULTS: &[(&str, &str)] = &[
     ("every_mutation_accepted", "metropolis::cornell_box"),
     ("hidden_taken_for_seen", "radiosity::in_the_cornell_box_the_error_falls_with_the_elements"),
     ("camera_connections_left_out_of_the_sum", "mis_weights::weights_of_all_strategies_sum_to_one"),
+    ("camera_connections_that_are_not_made_counted", "mis_weights::weights_of_all_strategies_sum_to_one"),
     ("guide_left_out_of_weights", "guided::diffuse_rooms"),
     ("samples_of_a_source_taken_for_all", "coherent::diffuse_rooms"),
     ("share_of_a_run_forgotten", "composite::any_runs_have_the_means_of_one_method"),

@@ -199,11 +199,18 @@ impl<'a> Whole<'a> {
     }
 
     fn weight_by(&self, s: usize, mis: Heuristic) -> Option<f64> {
-        let Strategies { emitter_to_camera, light_paths, light: light_rules, camera: camera_rules, .. } =
-            self.strategies;
+        let Strategies {
+            camera_connections,
+            emitter_to_camera,
+            light_paths,
+            light: light_rules,
+            camera: camera_rules,
+            ..
+        } = self.strategies;
         let (light, camera) = self.divide(s);
         let factors = self.factors.iter().copied().map(f64::from).collect();
-        let mut densities = PathDensities { emitter_to_camera, light_paths, factors, ..PathDensities::default() };
+        let mut densities =
+            PathDensities { camera_connections, emitter_to_camera, light_paths, factors, ..PathDensities::default() };
         let end = EmitterEnd { emitter: self.emitter, endpoint: self.endpoint };
         if s == 0 {
             densities.set_emission(self.scene, &camera, &end);
@@ -216,6 +223,7 @@ impl<'a> Whole<'a> {
         let possible = match s {
             0 => hittable,
             1 if self.len() == 2 => emitter_to_camera && hittable,
+            s if s == self.len() - 1 && !camera_connections => false,
             _ => connectable(s - 1) && connectable(s),
         };
         possible.then(|| densities.weight(s, mis))
@@ -293,6 +301,7 @@ fn weights_of_all_strategies_sum_to_one() {
             }
             let light_paths = NonZeroU16::new(3).unwrap();
             check(&scene, &Bdpt { mis: mis.into(), light_paths, ..Bdpt::default() }, 2);
+            check(&scene, &Bdpt { mis: mis.into(), camera_connections: false, ..Bdpt::default() }, 2);
         }
     }
 }

@@ -83,8 +83,8 @@ fn weighted_strategies_add_up_to_every_order() {
     let parts = PartSettings { strategies: true, ..PartSettings::default() };
     let merging = ["vcm", "ppm"].map(|name| (name, json!({"radius": 0.1})));
     let guided = ("guided", json!({"roulette": "none"}));
-    let coherent = ("coherent", json!({"roulette": "none"}));
-    for (name, with) in methods().into_iter().chain(merging).chain([guided, coherent]) {
+    let coherent = ["coherent", "coherent_bdpt"].map(|name| (name, json!({"roulette": "none"})));
+    for (name, with) in methods().into_iter().chain(merging).chain([guided]).chain(coherent) {
         let m = render(&furnished([true, true]), (name, with), &parts, (4, 2)).unwrap();
         assert!(m.parts.iter().any(|part| matches!(part, Part::Strategy { .. })));
         for order in (0..=MAX_ORDER).filter(|&order| m.layer_of_order(order).is_some()) {

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 /// Every method, and what of `bdpt` draws numbers of its own.
 fn methods() -> Vec<Box<dyn Integrator>> {
-    let settings: [(&str, Value); 18] = [
+    let settings: [(&str, Value); 19] = [
         ("direct", json!({})),
         ("path", json!({})),
         ("light", json!({})),
@@ -28,6 +28,7 @@ fn methods() -> Vec<Box<dyn Integrator>> {
         ("path", json!({"roulette": "efficiency", "roulette_start": 1})),
         ("guided", json!({})),
         ("coherent", json!({})),
+        ("coherent_bdpt", json!({})),
         ("local", json!({})),
         ("whitted", json!({})),
         ("vcm", json!({"radius": 0.1})),

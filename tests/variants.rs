@@ -55,6 +55,7 @@ fn weights_of_bidirectional_path_tracing() {
         entry("mis by variances", json!({"roulette": "none", "mis": "variance_aware"})),
         entry("optimal mis", json!({"roulette": "none", "mis": "optimal"})),
         entry("no emitter to camera", json!({"roulette": "none", "emitter_to_camera": false})),
+        entry("nothing to camera", json!({"roulette": "none", "camera_connections": false})),
         entry("local roulette", json!({"roulette": "local"})),
         entry("roulette by throughput", json!({"roulette": "throughput", "roulette_start": 1})),
     ];

@@ -30,6 +30,7 @@ fn weights_sum_to_one_with_any_factors() {
         }
         let light_paths = NonZeroU16::new(3).unwrap();
         check(&scene, &Bdpt { light_paths, ..with_factors.clone() }, 2);
+        check(&scene, &Bdpt { camera_connections: false, ..with_factors.clone() }, 2);
     }
 }
 

@@ -29,7 +29,14 @@ fn what_learns_or_mutates_finds_furnaces() {
     let slivers = [("slivers".to_owned(), walls_of_slivers(100), ALBEDO)];
     let mut family = Family::new("learning and mutating");
     for (label, scene, albedo) in rooms().chain(distorted).chain(balls).chain(slivers) {
-        is_a_furnace(&mut family, &scene, &label, &["guided", "coherent", "pssmlt", "mmlt"], 8, (albedo, EMITTED));
+        is_a_furnace(
+            &mut family,
+            &scene,
+            &label,
+            &["guided", "coherent", "coherent_bdpt", "pssmlt", "mmlt"],
+            8,
+            (albedo, EMITTED),
+        );
     }
     // Chains find little of high orders where they are few.
     family.finish(0.8);

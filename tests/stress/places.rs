@@ -93,9 +93,9 @@ fn powers_of_two_change_no_bit() {
     let places = [scaled(-20), scaled(-7), scaled(20), brighter(-40), brighter(40)];
     let home = room_at(HOME);
     let scenes = places.map(|place| (place, room_at(place)));
-    for name in
-        ALL.into_iter().chain(["emission", "local", "whitted", "guided", "coherent", "vcm", "ppm", "pssmlt", "mmlt"])
-    {
+    let others =
+        ["emission", "local", "whitted", "guided", "coherent", "coherent_bdpt", "vcm", "ppm", "pssmlt", "mmlt"];
+    for name in ALL.into_iter().chain(others) {
         let method = method(name);
         for &sampler in SamplerKind::ALL {
             let base = pixels(&home, 1.0, method.as_ref(), sampler);

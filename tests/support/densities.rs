@@ -29,6 +29,8 @@ pub struct PathDensities {
     pub hittable: bool,
     /// Light subpaths for one camera subpath.
     pub light_paths: f64,
+    /// Whether light vertices are connected to the camera (the strategy of one camera vertex).
+    pub camera_connections: bool,
     /// Whether an emitter is connected straight to the camera (strategy 1 of paths of two vertices).
     pub emitter_to_camera: bool,
     /// What every strategy's density counts by; 1 where there is none.
@@ -136,6 +138,7 @@ impl PathDensities {
         match s {
             0 => self.hittable,
             1 if self.len() == 2 => self.emitter_to_camera,
+            s if s == self.len() - 1 && !self.camera_connections => false,
             _ => self.connectable[s - 1] && self.connectable[s],
         }
     }
