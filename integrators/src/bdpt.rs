@@ -160,8 +160,10 @@ impl Estimator for Bdpt {
 
     fn makes(&self, technique: Technique) -> bool {
         match technique {
-            Technique::Connect { t, .. } => t > 1 || self.camera_connections,
-            _ => false,
+            Technique::Connect { s: 1, t: 1 } => self.camera_connections && self.emitter_to_camera,
+            Technique::Connect { t: 1, .. } => self.camera_connections,
+            Technique::Connect { .. } => true,
+            Technique::Merge { .. } => false,
         }
     }
 
@@ -185,9 +187,11 @@ impl Estimator for Bdpt {
 
     fn missing_light(&self, needs: &Needs) -> Vec<String> {
         let lost = needs.delta_emitters && needs.delta_lobes;
-        let class = "LS.*E from points, spots and directional emitters, where no two neighbouring vertices before the camera scatter by other than delta lobes";
-        let and = if self.camera_connections { "" } else { ", the camera not being one of them" };
-        if lost { vec![format!("{class}{and}")] } else { Vec::new() }
+        let among = if self.camera_connections { "the camera among them" } else { "all before the camera" };
+        let class = format!(
+            "LS.*E from points, spots and directional emitters, where no two neighbouring vertices, {among}, scatter by other than delta lobes"
+        );
+        if lost { vec![class] } else { Vec::new() }
     }
 
     fn prepare(&self, scene: &Scene, request: &Request, replicate: &Replicate) -> Option<Self> {

@@ -112,6 +112,7 @@
 //! - `[Kelemen02]` C. Kelemen, L. Szirmay-Kalos, G. Antal, F. Csonka: *A simple and robust mutation strategy for the Metropolis light
 //!   transport algorithm*, Computer Graphics Forum 21(3), 2002.
 //! - `[Kensler13]` A. Kensler: *Correlated multi-jittered sampling*, Pixar technical memo 13-01, 2013.
+//! - `[Keller97]` A. Keller: *Instant radiosity*, SIGGRAPH 1997.
 //! - `[Kettunen15]` M. Kettunen, M. Manzi, M. Aittala, J. Lehtinen, F. Durand, M. Zwicker: *Gradient-domain path tracing*, ACM
 //!   Transactions on Graphics 34(4), 2015.
 //! - `[King13]` A. King, C. Kulla, A. Conty, M. Fajardo: *BSSRDF importance sampling*, SIGGRAPH 2013 talks.

@@ -7,10 +7,10 @@ use crate::support::ALL;
 #[test]
 fn methods_that_cannot_follow_light_through_bodies_say_so() {
     let scene = half_space(GREEN, DVec3::ZERO, Skip::Unneeded);
-    for name in ALL {
+    for name in ALL.into_iter().chain(["coherent", "coherent_bdpt"]) {
         let method = method(name);
         let error = Render::new(&scene, method.as_ref(), settings(1, SamplerKind::Independent)).err();
-        if name == "path" {
+        if ["path", "coherent"].contains(&name) {
             assert!(error.is_none() && method.carries_subsurface());
             continue;
         }

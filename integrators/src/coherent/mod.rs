@@ -17,7 +17,7 @@
 //! neighbours like. Order 0 is the mean of all samples in any pixel.
 //!
 //! Bidirectionally, light vertices are connected to camera subpaths and not to the camera, so that what a sample brings lands in its own pixel. With
-//! common numbers all pixels share one light subpath, a row of virtual lamps \[Keller97\], which a tile traces once; what these lamps light
+//! common numbers all pixels share one light subpath, a row of virtual lamps \[Keller97\], which is traced once for pixels in a row that share it; what these lamps light
 //! changes little from pixel to pixel, even where no walk from the camera would find what shines.
 //!
 //! The common error of all pixels is not in the image, but the mean of an image is that of the own samples: half as many, for twice the variance. Where
@@ -32,7 +32,7 @@ use crate::film::{Average, Block, BlockFilm, PartsFilm, PixelSink, ResidualFilm,
 use crate::integrator::{Estimator, Integrator, Pass, Pixel, Replicate};
 use crate::measurement::Counters;
 use crate::request::Request;
-use crate::sampled::Witness;
+use crate::sampled::{Witness, bodies_in};
 use crate::scratch::Scratch;
 use neighbours::Neighbours;
 use sampling::sampler::{Purpose, Sampler};
@@ -82,7 +82,8 @@ impl<S: Settings> Integrator for Sharing<S> {
     }
 
     fn unsupported(&self, scene: &Scene) -> Option<String> {
-        self.settings.walks().unsupported(scene)
+        let bodies = (!self.carries_subsurface()).then(|| bodies_in(scene)).flatten();
+        bodies.or_else(|| self.settings.walks().unsupported(scene))
     }
 
     fn unsupported_request(&self, request: &Request) -> Option<String> {

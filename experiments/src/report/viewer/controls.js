@@ -72,7 +72,7 @@ function buildHelp() {
 }
 
 function buildReadout(viewer) {
-  viewer.readout = make("div", { class: "readout" });
+  viewer.readout = make("div", { class: "readout", tabindex: 0, role: "group", "aria-label": `Values in ${viewer.images.scene}` });
   return viewer.readout;
 }
 
