@@ -163,7 +163,7 @@ impl Estimator for Bdpt {
             Technique::Connect { s: 1, t: 1 } => self.camera_connections && self.emitter_to_camera,
             Technique::Connect { t: 1, .. } => self.camera_connections,
             Technique::Connect { .. } => true,
-            Technique::Merge { .. } => false,
+            _ => false,
         }
     }
 
