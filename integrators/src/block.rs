@@ -8,7 +8,7 @@ pub const TILE: u32 = 16;
 /// Samples per pixel in one block, at least, where there are so many.
 const FEWEST: u32 = 4;
 /// Samples per pixel in one block, at most: what a block ends with, and what is new to caches when it begins, is shared by them.
-const MOST: u32 = 16;
+const MOST: u32 = 64;
 /// With as many blocks, no thread waits long for another's last one.
 const ENOUGH: u64 = 256;
 /// Samples per pixel in one chain.
@@ -53,6 +53,12 @@ impl Window {
     #[inline]
     pub fn contains(&self, (x, y): (u32, u32)) -> bool {
         self.x.contains(&x) && self.y.contains(&y)
+    }
+
+    /// Row by row.
+    pub fn pixels(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
+        let x = self.x.clone();
+        self.y.clone().flat_map(move |y| x.clone().map(move |x| (x, y)))
     }
 
     /// Whether it has no pixel.

@@ -31,10 +31,13 @@ use crate::contribution::{Contribution, Technique};
 use crate::film::{Average, Block, BlockFilm, PartsFilm, PixelSink, ResidualFilm, Source};
 use crate::integrator::{Estimator, Integrator, Pass, Pixel, Replicate};
 use crate::measurement::Counters;
+use crate::parts::Part;
+use crate::path::Path;
 use crate::request::Request;
 use crate::sampled::{Witness, bodies_in};
 use crate::scratch::Scratch;
 use neighbours::Neighbours;
+use sampling::Vec2;
 use sampling::sampler::{Purpose, Sampler};
 use scenes::{Needs, Scene};
 use serde_json::Value;
@@ -83,10 +86,14 @@ impl<S: Settings> Integrator for Sharing<S> {
 
     fn unsupported(&self, scene: &Scene) -> Option<String> {
         let bodies = (!self.carries_subsurface()).then(|| bodies_in(scene)).flatten();
-        bodies.or_else(|| self.settings.walks().unsupported(scene))
+        bodies.or_else(|| self.settings.walks().unsupported(scene)).or_else(|| self.losing(scene))
     }
 
     fn unsupported_request(&self, request: &Request) -> Option<String> {
+        let apart = |part: &Part| matches!(part, Part::Strategy { .. });
+        if self.settings.own().is_some() && request.parts().list().iter().any(apart) {
+            return Some("its samples have other strategies by turns; set own_samples=bdpt to tell them apart".into());
+        }
         self.settings.walks().unsupported_request(request)
     }
 
@@ -109,13 +116,24 @@ impl<S: Settings> Integrator for Sharing<S> {
             1 => Neighbours::none(scene),
             _ => Neighbours::find(scene, self.settings.radius().into()),
         };
-        Box::new(SharingPass { walks: self.settings.walks(), scene, request, replicate, neighbours })
+        let (walks, own) = (self.settings.walks(), self.settings.own());
+        Box::new(SharingPass { walks, own, scene, request, replicate, neighbours })
+    }
+}
+
+impl<S: Settings> Sharing<S> {
+    /// The light that samples with numbers of their own lose and others do not, if any: their means have to be the same.
+    fn losing(&self, scene: &Scene) -> Option<String> {
+        let [lost, ..] = &self.settings.own()?.missing_light(&scene.needs)[..] else { return None };
+        Some(format!("samples by path tracing lose what the others carry ({lost}); set own_samples=bdpt"))
     }
 }
 
 /// A replicate at work.
 struct SharingPass<'a, E> {
     walks: E,
+    /// What takes samples with numbers of their own, if not the same.
+    own: Option<Path>,
     scene: &'a Scene,
     request: &'a Request,
     replicate: Replicate,
@@ -128,13 +146,13 @@ impl<E: Estimator> Pass for SharingPass<'_, E> {
     }
 
     fn run(&self, block: Block, out: &mut BlockFilm) {
-        let mut film = ResidualFilm::new(out, block.tile.clone(), self.replicate.samples);
+        let mut film = ResidualFilm::new(out, block.tile.clone(), self.replicate.samples, &self.neighbours);
         let mut scratch = Scratch::default();
         let mut samplers = Source::EVERY.map(|source| self.sampler(source));
-        let pixels = || block.tile.y.clone().flat_map(|y| block.tile.x.clone().map(move |x| (x, y)));
         for number in block.samples.clone() {
+            let place = self.film(&mut samplers[Source::Common as usize], number);
             let mut before = Source::All;
-            for pixel in pixels() {
+            for pixel in block.tile.pixels() {
                 let source = self.source(pixel, number);
                 let sampler = &mut samplers[source as usize];
                 film.set_source(source);
@@ -142,23 +160,30 @@ impl<E: Estimator> Pass for SharingPass<'_, E> {
                 scratch.keeps_light = (before, source) == (Source::Common, Source::Common);
                 before = source;
                 match self.request.parts().list() {
-                    [] => self.sample(pixel, (source, number), sampler, &mut scratch, &mut film),
-                    _ => self.sample(pixel, (source, number), sampler, &mut scratch, &mut PartsFilm(&mut film)),
+                    [] => self.sample(pixel, (source, number, place), sampler, &mut scratch, &mut film),
+                    _ => self.sample(pixel, (source, number, place), sampler, &mut scratch, &mut PartsFilm(&mut film)),
                 }
+            }
+            if number % 2 == 1 || number + 1 == block.samples.end {
+                film.step(|pixel| {
+                    scratch.counters.closest += 1;
+                    self.neighbours.part(self.scene, pixel, place)
+                });
             }
         }
         *film.counters() += scratch.counters;
-        film.spread(&self.neighbours);
+        film.finish();
     }
 
     fn replay(&mut self, pixel: (u32, u32), sample: u32, show: &mut dyn FnMut(&Contribution)) -> bool {
         let source = self.source(pixel, sample);
         let (mut sampler, mut scratch) = (self.sampler(source), Scratch::default());
+        let place = self.film(&mut self.sampler(Source::Common), sample);
         let samples = self.replicate.samples;
         let mut scaled = |c: &Contribution| {
             show(&Contribution { weight: c.weight * f64::from(source.counts(c, samples)), ..*c });
         };
-        self.sample(pixel, (source, sample), &mut sampler, &mut scratch, &mut Witness(&mut scaled));
+        self.sample(pixel, (source, sample, place), &mut sampler, &mut scratch, &mut Witness(&mut scaled));
         true
     }
 }
@@ -166,10 +191,10 @@ impl<E: Estimator> Pass for SharingPass<'_, E> {
 impl<E: Estimator> SharingPass<'_, E> {
     /// Where a sample of a pixel is from: of one that shares numbers, own and common ones by turns.
     fn source(&self, pixel: (u32, u32), number: u32) -> Source {
-        match (self.neighbours.shares(pixel), number % 2) {
-            (false, _) => Source::All,
-            (true, 0) => Source::Own,
-            (true, _) => Source::Common,
+        match (self.neighbours.parts(pixel), number % 2) {
+            (0, _) => Source::All,
+            (_, 0) => Source::Own,
+            (_, _) => Source::Common,
         }
     }
 
@@ -180,12 +205,19 @@ impl<E: Estimator> SharingPass<'_, E> {
         Sampler::new(sampler, key.of_part(source as u32), source.samples(samples), size)
     }
 
+    /// Where a sample with common numbers lies in its pixel, for the filter; that with own numbers before it does, too, so that the two differ by
+    /// nothing in the mean wherever that is.
+    fn film(&self, common: &mut Sampler, number: u32) -> Vec2 {
+        common.start_sample(0, number / 2);
+        common.get_2d(Purpose::Film)
+    }
+
     /// Takes one sample.
     #[inline]
     fn sample<S: PixelSink>(
         &self,
         (x, y): (u32, u32),
-        (source, number): (Source, u32),
+        (source, number, film): (Source, u32, Vec2),
         sampler: &mut Sampler,
         scratch: &mut Scratch,
         out: &mut S,
@@ -196,9 +228,14 @@ impl<E: Estimator> SharingPass<'_, E> {
             Source::Own => sampler.start_sample(own, number / 2),
             Source::Common => sampler.start_sample(0, number / 2),
         }
-        let (pixel, weight) = Pixel::sample(x, y, self.scene.camera.filter(), sampler.get_2d(Purpose::Film));
+        let own = sampler.get_2d(Purpose::Film);
+        let film = if source == Source::All { own } else { film };
+        let (pixel, weight) = Pixel::sample(x, y, self.scene.camera.filter(), film);
         out.start_sample(pixel, number, weight);
-        self.walks.estimate(self.scene, self.request, pixel, sampler, scratch, out);
+        match &self.own {
+            Some(own) if source == Source::Own => own.estimate(self.scene, self.request, pixel, sampler, scratch, out),
+            _ => self.walks.estimate(self.scene, self.request, pixel, sampler, scratch, out),
+        }
     }
 }
 

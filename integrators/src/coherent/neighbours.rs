@@ -1,13 +1,16 @@
 //! Which pixels see much the same as their neighbours.
 
+use crate::block::Window;
 use crate::film::Average;
+use crate::integrator::Pixel;
 use crate::measurement::Counters;
 use rayon::prelude::*;
 use sampling::bsdf::{Lobes, TransportMode};
 use sampling::math::Spectrum;
-use sampling::{Vec3, vec2};
+use sampling::{Vec2, Vec3, vec2};
 use scenes::{Interaction, Scene};
 use std::f32::consts::PI;
+use std::ops::Range;
 
 /// One minus the cosine between the normals of surfaces that are not alike: 14°.
 const TURN: f32 = 0.03;
@@ -17,37 +20,102 @@ const OFF_PLANE: f32 = 0.02;
 const ALBEDO: f32 = 0.2;
 /// Neighbours whose weights add up to less are too few to be shared with.
 const FEWEST: f32 = 1.0;
+/// Rays along either axis that find the parts of a pixel at an edge.
+const LOOKS: u8 = 4;
 
 /// A diffuse surface that neither emits nor lets light through.
 #[derive(Clone, Copy, Debug, Default)]
-struct Seen {
+struct Surface {
     p: Vec3,
     n: Vec3,
     albedo: Spectrum,
 }
 
-impl Seen {
-    /// What a ray has met, if it is such a surface.
-    fn of(scene: &Scene, hit: &Interaction) -> Option<Self> {
-        let diffuse = Lobes::DIFFUSE_REFLECTION.contains(hit.bsdf.lobes()) && !hit.bsdf.lobes().is_empty();
-        if !diffuse || hit.emitter.is_some() || scene.body_of(hit).is_some() {
-            return None;
-        }
-        let n = hit.ns();
-        Some(Self { p: hit.point.p, n, albedo: hit.eval(n, n, TransportMode::Radiance) * PI })
-    }
-
+impl Surface {
     /// From 1 for the same to 0.
+    #[inline]
     fn likeness(&self, other: &Self) -> f32 {
-        let left = |difference: f32, limit: f32| (1.0 - difference / limit).max(0.0);
+        let turned = 1.0 - (1.0 - self.n.dot(other.n)) * (1.0 / TURN);
+        if turned <= 0.0 {
+            return 0.0;
+        }
         let d = other.p - self.p;
         let off = d.dot(self.n).abs().max(d.dot(other.n).abs());
-        let off_plane = off * off / d.length_squared().max(f32::MIN_POSITIVE);
-        let larger = self.albedo.max_component().max(other.albedo.max_component());
-        let [a, b] = [self.albedo, other.albedo].map(Spectrum::to_array);
-        let albedo = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max) / larger.max(f32::MIN_POSITIVE);
-        left(1.0 - self.n.dot(other.n), TURN) * left(off_plane, OFF_PLANE) * left(albedo, ALBEDO)
+        let off_plane = 1.0 - off * off / (d.length_squared() * OFF_PLANE).max(f32::MIN_POSITIVE);
+        let albedo = match self.albedo == other.albedo {
+            true => 1.0,
+            false => {
+                let larger = self.albedo.max_component().max(other.albedo.max_component());
+                let [a, b] = [self.albedo, other.albedo].map(Spectrum::to_array);
+                let difference = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
+                1.0 - difference / (larger * ALBEDO).max(f32::MIN_POSITIVE)
+            }
+        };
+        turned.min(1.0) * off_plane.max(0.0) * albedo.max(0.0)
     }
+
+    /// What many of them are in the mean.
+    fn mean(of: &[Self]) -> Self {
+        let sum = of.iter().fold(Self::default(), |sum, one| Self {
+            p: sum.p + one.p,
+            n: sum.n + one.n,
+            albedo: sum.albedo + one.albedo,
+        });
+        let count = of.len() as f32;
+        Self { p: sum.p / count, n: sum.n.normalize(), albedo: sum.albedo / count }
+    }
+}
+
+/// What a ray of the camera meets.
+#[derive(Clone, Copy, Debug)]
+enum Seen {
+    /// Nothing, from where no light comes but the sky's own.
+    Nothing,
+    /// What shares no numbers.
+    Alone,
+    /// A surface that may.
+    Surface(Surface),
+}
+
+impl Seen {
+    /// By the middle of the lens.
+    fn look(scene: &Scene, raster: Vec2) -> Self {
+        // By reference: an interaction is large.
+        match &scene.intersect(&scene.camera.sample_we(raster, vec2(0.5, 0.5)).ray) {
+            Some(hit) => Self::of(scene, hit),
+            None => Self::Nothing,
+        }
+    }
+
+    fn of(scene: &Scene, hit: &Interaction) -> Self {
+        let diffuse = Lobes::DIFFUSE_REFLECTION.contains(hit.bsdf.lobes()) && !hit.bsdf.lobes().is_empty();
+        if !diffuse || hit.emitter.is_some() || scene.body_of(hit).is_some() {
+            return Self::Alone;
+        }
+        let n = hit.ns();
+        Self::Surface(Surface { p: hit.point.p, n, albedo: hit.eval(n, n, TransportMode::Radiance) * PI })
+    }
+}
+
+/// A part of a pixel that sees one surface.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    surface: Surface,
+    /// How much of the pixel it is.
+    share: f32,
+    /// One over the sum of the unnormalised weights in its average, once they are known.
+    scale: f32,
+}
+
+/// What a pixel sees.
+#[derive(Clone, Debug)]
+enum Sight {
+    /// What shares no numbers.
+    Alone,
+    /// One surface.
+    Whole(Part),
+    /// Surfaces with an edge between them.
+    Split(Box<[Part]>),
 }
 
 /// What pixels see, and their weights in one another's averages.
@@ -55,61 +123,112 @@ pub(super) struct Neighbours {
     width: u32,
     height: u32,
     radius: u32,
-    /// By pixel; `None` where it shares no numbers.
-    seen: Vec<Option<Seen>>,
-    /// One over the sum of the unnormalised weights at a pixel.
-    scales: Vec<f32>,
+    /// By pixel.
+    sights: Vec<Sight>,
+    /// The weights that the distances of pixels leave, by row and column.
+    near: Vec<f32>,
     /// Work done to find them.
     pub work: Counters,
 }
 
 impl Neighbours {
-    /// Bytes for each pixel, with those for a corner of it while neighbours are found.
-    pub const BYTES: u64 = (2 * size_of::<Option<Seen>>() + size_of::<f32>()) as u64;
+    /// Bytes for each pixel, with those for a corner of it while neighbours are found, and for two parts of every eighth.
+    pub const BYTES: u64 = (2 * size_of::<Sight>() + size_of::<Seen>() + size_of::<Part>() / 4) as u64;
 
     /// No pixel shares numbers.
     pub fn none(scene: &Scene) -> Self {
         let (width, height) = (scene.camera.width(), scene.camera.height());
-        let (seen, scales) = (vec![None; width as usize * height as usize], Vec::new());
-        Self { width, height, radius: 0, seen, scales, work: Counters::default() }
+        let sights = vec![Sight::Alone; width as usize * height as usize];
+        Self { width, height, radius: 0, sights, near: Vec::new(), work: Counters::default() }
     }
 
     /// Looks at every pixel of the image.
     pub fn find(scene: &Scene, radius: u32) -> Self {
-        let mut all = Self { radius, ..Self::none(scene) };
-        let (width, pixels) = (all.width, all.seen.len());
+        let none = Self { radius, near: Self::nearness(radius), ..Self::none(scene) };
+        let width = none.width as usize;
+        let at = |i: usize| ((i % width) as u32, (i / width) as u32);
         let corners = Corners::look(scene);
-        all.work.closest = corners.seen.len() as u64;
-        let at = |i: usize| ((i % width as usize) as u32, (i / width as usize) as u32);
-        // What a filter reaches is the pixel's, too.
-        let reach = (scene.camera.filter().radius() - 0.5).ceil() as u32;
-        all.seen.par_iter_mut().enumerate().for_each(|(i, seen)| *seen = corners.pixel(at(i), reach));
+        let found: Vec<(Sight, u64)> =
+            (0..none.sights.len()).into_par_iter().map(|i| corners.pixel(scene, at(i))).collect();
+        let closest = corners.seen.len() as u64 + found.iter().map(|(_, rays)| rays).sum::<u64>();
         drop(corners);
-        let sums = |all: &Self| (0..pixels).into_par_iter().map(|i| all.sum(at(i))).collect::<Vec<f32>>();
-        let alone: Vec<bool> = sums(&all).iter().map(|&sum| sum < 1.0 + FEWEST).collect();
-        all.seen.iter_mut().zip(&alone).filter(|(_, alone)| **alone).for_each(|(seen, _)| *seen = None);
-        all.scales = sums(&all).iter().map(|sum| 1.0 / sum).collect();
+        let mut all = Self { sights: found.into_iter().map(|(sight, _)| sight).collect(), ..none };
+        all.work.closest = closest;
+        // Whole pixels that are left alone are nobody's neighbours.
+        all.sights = (0..all.sights.len()).into_par_iter().map(|i| all.kept(at(i))).collect();
+        all.sights = (0..all.sights.len()).into_par_iter().map(|i| all.weighed(at(i))).collect();
         all
     }
 
-    fn seen(&self, (x, y): (u32, u32)) -> Option<&Seen> {
-        self.seen[y as usize * self.width as usize + x as usize].as_ref()
+    /// Which part of a pixel at an edge these numbers for the filter lie in.
+    pub fn part(&self, scene: &Scene, (x, y): (u32, u32), film: Vec2) -> Option<usize> {
+        let Sight::Split(parts) = self.sight((x, y)) else { return None };
+        let (pixel, _) = Pixel::sample(x, y, scene.camera.filter(), film);
+        let Seen::Surface(surface) = Seen::look(scene, pixel.raster) else { return None };
+        parts.iter().position(|part| part.surface.likeness(&surface) > 0.0)
     }
 
-    /// The sum of the unnormalised weights at a pixel; 0 where it shares no numbers.
-    fn sum(&self, at: (u32, u32)) -> f32 {
-        let Some(seen) = self.seen(at) else { return 0.0 };
-        let around = |i: u32, size: u32| i.saturating_sub(self.radius)..(i + self.radius + 1).min(size);
-        let pixels = around(at.1, self.height).flat_map(|y| around(at.0, self.width).map(move |x| (x, y)));
-        pixels.map(|of| self.seen(of).map_or(0.0, |other| self.near(at, of) * seen.likeness(other))).sum()
+    fn sight(&self, (x, y): (u32, u32)) -> &Sight {
+        &self.sights[y as usize * self.width as usize + x as usize]
     }
 
-    /// The weight that the distance of two pixels leaves.
-    fn near(&self, at: (u32, u32), of: (u32, u32)) -> f32 {
-        let squared = |a: u32, b: u32| a.abs_diff(b).pow(2) as f32;
-        let reach = (self.radius + 1) as f32;
-        let left = 1.0 - (squared(at.0, of.0) + squared(at.1, of.1)) / (reach * reach);
-        left.max(0.0).powi(2)
+    /// What a pixel sees, if it has neighbours enough.
+    fn kept(&self, at: (u32, u32)) -> Sight {
+        match self.sight(at) {
+            Sight::Whole(part) if self.around(at, &part.surface) < FEWEST => Sight::Alone,
+            sight => sight.clone(),
+        }
+    }
+
+    /// What a pixel sees, with its neighbours' weights in its shares.
+    fn weighed(&self, at: (u32, u32)) -> Sight {
+        // The pixel itself is one of those that are averaged.
+        let weighed = |part: &Part| Part { scale: 1.0 / (1.0 + self.around(at, &part.surface)), ..*part };
+        match self.sight(at) {
+            Sight::Alone => Sight::Alone,
+            Sight::Whole(part) => Sight::Whole(weighed(part)),
+            Sight::Split(parts) => {
+                let around: f32 = parts.iter().map(|part| part.share * self.around(at, &part.surface)).sum();
+                if around < FEWEST { Sight::Alone } else { Sight::Split(parts.iter().map(weighed).collect()) }
+            }
+        }
+    }
+
+    /// The sum of the unnormalised weights of other pixels that see what a pixel sees.
+    fn around(&self, at: (u32, u32), seen: &Surface) -> f32 {
+        let mut sum = 0.0;
+        self.each(at, seen, &Window::whole(self.width, self.height), |of, weight| {
+            sum += if of == at { 0.0 } else { weight };
+        });
+        sum
+    }
+
+    /// The whole pixels of a window about one, and the unnormalised weights of what they see in the average of what that one sees.
+    #[inline]
+    fn each(&self, at: (u32, u32), seen: &Surface, within: &Window, mut take: impl FnMut((u32, u32), f32)) {
+        let around = |i: u32, within: &Range<u32>| {
+            let start = i.saturating_sub(self.radius).max(within.start);
+            start..(i + self.radius + 1).min(within.end).max(start)
+        };
+        let columns = around(at.0, &within.x);
+        for y in around(at.1, &within.y) {
+            let near = &self.near[at.1.abs_diff(y) as usize * (self.radius as usize + 1)..];
+            let row = y as usize * self.width as usize;
+            let sights = &self.sights[row + columns.start as usize..row + columns.end as usize];
+            for (x, sight) in columns.clone().zip(sights) {
+                let near = near[at.0.abs_diff(x) as usize];
+                if let (Sight::Whole(other), true) = (sight, near > 0.0) {
+                    take((x, y), near * seen.likeness(&other.surface));
+                }
+            }
+        }
+    }
+
+    /// The weights that the distances of pixels leave, row by row.
+    fn nearness(radius: u32) -> Vec<f32> {
+        let reach = ((radius + 1) * (radius + 1)) as f32;
+        let left = |x: u32, y: u32| (1.0 - (x * x + y * y) as f32 / reach).max(0.0).powi(2);
+        (0..=radius).flat_map(|y| (0..=radius).map(move |x| left(x, y))).collect()
     }
 }
 
@@ -119,15 +238,31 @@ impl Average for Neighbours {
     }
 
     #[inline]
-    fn shares(&self, pixel: (u32, u32)) -> bool {
-        self.seen(pixel).is_some()
+    fn parts(&self, pixel: (u32, u32)) -> usize {
+        match self.sight(pixel) {
+            Sight::Alone => 0,
+            Sight::Whole(_) => 1,
+            // What lies past them is one, too, whose average is of nothing.
+            Sight::Split(parts) => parts.len() + 1,
+        }
     }
 
     #[inline]
-    fn weight(&self, at: (u32, u32), of: (u32, u32)) -> f64 {
-        let (Some(a), Some(b)) = (self.seen(at), self.seen(of)) else { return 0.0 };
-        let scale = self.scales[at.1 as usize * self.width as usize + at.0 as usize];
-        f64::from(self.near(at, of) * a.likeness(b)) * f64::from(scale)
+    fn weights(&self, at: (u32, u32), part: usize, within: &Window, mut take: impl FnMut((u32, u32), f64)) {
+        let part = match self.sight(at) {
+            Sight::Alone => None,
+            Sight::Whole(part) => Some(part),
+            Sight::Split(parts) => parts.get(part),
+        };
+        let Some(Part { surface, scale, .. }) = part else { return };
+        self.each(at, surface, within, |of, weight| {
+            if weight > 0.0 {
+                take(of, f64::from(weight * scale));
+            }
+        });
+        if matches!(self.sight(at), Sight::Split(_)) && within.contains(at) {
+            take(at, f64::from(*scale));
+        }
     }
 }
 
@@ -135,41 +270,67 @@ impl Average for Neighbours {
 struct Corners {
     width: u32,
     height: u32,
-    seen: Vec<Option<Seen>>,
+    seen: Vec<Seen>,
 }
 
 impl Corners {
     fn look(scene: &Scene) -> Self {
         let (width, height) = (scene.camera.width(), scene.camera.height());
         let columns = width as usize + 1;
-        let look = |i: usize| {
-            let raster = vec2((i % columns) as f32, (i / columns) as f32);
-            // By reference: an interaction is large.
-            match &scene.intersect(&scene.camera.sample_we(raster, vec2(0.5, 0.5)).ray) {
-                Some(hit) => Seen::of(scene, hit),
-                None => None,
-            }
-        };
-        let seen = (0..columns * (height as usize + 1)).into_par_iter().map(look).collect();
-        Self { width, height, seen }
+        let at = |i: usize| vec2((i % columns) as f32, (i / columns) as f32);
+        let corners = (0..columns * (height as usize + 1)).into_par_iter();
+        Self { width, height, seen: corners.map(|i| Seen::look(scene, at(i))).collect() }
     }
 
-    /// What a pixel sees, if it is the same surface at all of its corners and those so many pixels further out.
-    fn pixel(&self, (x, y): (u32, u32), further: u32) -> Option<Seen> {
-        let first = |i: u32| i.saturating_sub(further);
-        let rows = first(y)..=(y + 1 + further).min(self.height);
-        let corners = rows.flat_map(|y| {
-            let row = y as usize * (self.width as usize + 1);
-            let columns = first(x) as usize..=(x + 1 + further).min(self.width) as usize;
-            self.seen[row + *columns.start()..=row + *columns.end()].iter()
-        });
-        let (mut count, mut sum) = (0.0, Seen::default());
-        let one = self.seen[y as usize * (self.width as usize + 1) + x as usize]?;
-        for corner in corners {
-            let corner = corner.as_ref().filter(|corner| corner.likeness(&one) > 0.0)?;
-            count += 1.0;
-            sum = Seen { p: sum.p + corner.p, n: sum.n + corner.n, albedo: sum.albedo + corner.albedo };
+    /// What a pixel sees, by its corners and those as much further out as its filter reaches, and by so many rays more where these see an edge.
+    fn pixel(&self, scene: &Scene, (x, y): (u32, u32)) -> (Sight, u64) {
+        let further = (scene.camera.filter().radius() - 0.5).ceil() as u32;
+        let range = |i: u32, size: u32| i.saturating_sub(further) as usize..=(i + 1 + further).min(size) as usize;
+        let rows = range(y, self.height).map(|row| row * (self.width as usize + 1));
+        let corners = rows.flat_map(|row| range(x, self.width).map(move |column| &self.seen[row + column]));
+        let mut surfaces = Vec::new();
+        let (mut count, mut met) = (0, 0);
+        for seen in corners {
+            count += 1;
+            match seen {
+                Seen::Alone => return (Sight::Alone, 0),
+                Seen::Nothing => (),
+                Seen::Surface(surface) => {
+                    met += 1;
+                    surfaces.push(*surface);
+                }
+            }
         }
-        Some(Seen { p: sum.p / count, n: sum.n.normalize(), albedo: sum.albedo / count })
+        match surfaces[..] {
+            [] => (Sight::Alone, 0),
+            [one, ..] if met == count && surfaces.iter().all(|other| other.likeness(&one) > 0.0) => {
+                (Sight::Whole(Part { surface: Surface::mean(&surfaces), share: 1.0, scale: 1.0 }), 0)
+            }
+            _ => (Self::split(scene, (x, y)), u64::from(LOOKS).pow(2)),
+        }
+    }
+
+    /// What a pixel sees at an edge.
+    fn split(scene: &Scene, (x, y): (u32, u32)) -> Sight {
+        let within = |i: u8| (f32::from(i) + 0.5) / f32::from(LOOKS);
+        let mut groups: Vec<Vec<Surface>> = Vec::new();
+        for (i, j) in (0..LOOKS).flat_map(|j| (0..LOOKS).map(move |i| (i, j))) {
+            let (pixel, _) = Pixel::sample(x, y, scene.camera.filter(), vec2(within(i), within(j)));
+            match Seen::look(scene, pixel.raster) {
+                Seen::Alone => return Sight::Alone,
+                Seen::Nothing => (),
+                Seen::Surface(surface) => match groups.iter_mut().find(|group| group[0].likeness(&surface) > 0.0) {
+                    Some(group) => group.push(surface),
+                    None => groups.push(vec![surface]),
+                },
+            }
+        }
+        let share = |group: &Vec<Surface>| group.len() as f32 / f32::from(LOOKS * LOOKS);
+        Sight::Split(
+            groups
+                .iter()
+                .map(|group| Part { surface: Surface::mean(group), share: share(group), scale: 1.0 })
+                .collect(),
+        )
     }
 }

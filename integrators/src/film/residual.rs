@@ -1,11 +1,12 @@
 //! The film of a method whose pixels share random numbers.
 
-use super::{BlockFilm, PixelSink, Place, Window};
+use super::{BlockFilm, PixelSink, Place, Raster, Window};
 use crate::contribution::{Contribution, Sink, Wants};
 use crate::integrator::Pixel;
 use crate::measurement::Counters;
 use crate::request::Request;
 use sampling::{Spectrum, fault};
+use std::ops::Range;
 
 /// Which samples of a pixel are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,31 +52,50 @@ pub trait Average {
     /// How far the furthest neighbour is, along a row or a column \[pixels\].
     fn reach(&self) -> u32;
 
-    /// Whether a pixel shares numbers.
-    fn shares(&self, pixel: (u32, u32)) -> bool;
+    /// How many parts a pixel has that share numbers: none if it does not, and several where it sees an edge.
+    fn parts(&self, pixel: (u32, u32)) -> usize;
 
-    /// The weight of one pixel in the average at another within reach, both of which share numbers. Those in any average add up to one.
-    fn weight(&self, at: (u32, u32), of: (u32, u32)) -> f64;
+    /// The pixels of a window that share numbers and are in the average at a part of a pixel, and their weights there; those of all pixels add up to one.
+    fn weights(&self, at: (u32, u32), part: usize, within: &Window, take: impl FnMut((u32, u32), f64));
 }
 
-/// A block's film for samples of every [`Source`]: it has the image `C + F (O − C)` once [`spread`](Self::spread) is called, with C from the common samples,
+/// A pixel that sees an edge.
+struct Edge {
+    pixel: (u32, u32),
+    /// Of each part, which residuals of the tile its average is of, and their weights.
+    averages: Vec<Vec<(Range<usize>, f64)>>,
+    /// The averages of residuals so far, `[layer][channel]`.
+    sums: Vec<f64>,
+}
+
+/// A block's film for samples of every [`Source`]: it has the image `C + F (O − C)` once [`finish`](Self::finish) is called, with C from the common samples,
 /// O from the own ones and F an [`Average`].
-pub struct ResidualFilm<'f, 'r> {
+pub struct ResidualFilm<'f, 'r, A> {
     film: &'f mut BlockFilm<'r>,
+    average: &'f A,
     tile: Window,
     /// Samples per pixel of the replicate.
     samples: u32,
     source: Source,
-    /// O − C of the block, `[pixel][layer][channel]`.
+    /// Numbers of a pixel: layers times channels.
+    stride: usize,
+    /// O − C of the samples since the last [`step`](Self::step), `[pixel][layer][channel]`.
+    latest: Vec<f64>,
+    /// That of all before.
     residuals: Vec<f64>,
+    /// The pixels at edges that residuals of the tile reach.
+    edges: Vec<Edge>,
 }
 
-impl<'f, 'r> ResidualFilm<'f, 'r> {
+impl<'f, 'r, A: Average> ResidualFilm<'f, 'r, A> {
     /// For samples in pixels of a tile, of a replicate of so many samples of each.
-    pub fn new(film: &'f mut BlockFilm<'r>, tile: Window, samples: u32) -> Self {
+    pub fn new(film: &'f mut BlockFilm<'r>, tile: Window, samples: u32, average: &'f A) -> Self {
         let pixels = tile.width() as usize * tile.height() as usize;
-        let residuals = vec![0.0; pixels * film.request.film_layers() * 3];
-        Self { film, tile, samples, source: Source::All, residuals }
+        let stride = film.request.film_layers() * 3;
+        let (residuals, latest, edges) = (vec![0.0; pixels * stride], vec![0.0; pixels * stride], Vec::new());
+        let mut film = Self { film, average, tile, samples, source: Source::All, stride, latest, residuals, edges };
+        film.edges = film.reached().filter(|&pixel| average.parts(pixel) > 1).map(|pixel| film.edge(pixel)).collect();
+        film
     }
 
     /// Says where the samples from here on are from.
@@ -97,42 +117,71 @@ impl<'f, 'r> ResidualFilm<'f, 'r> {
         done
     }
 
+    /// The pixels that residuals of the tile reach.
+    fn reached(&self) -> impl Iterator<Item = (u32, u32)> + use<A> {
+        let reach = self.average.reach();
+        let grown = |range: &Range<u32>, size: u32| range.start.saturating_sub(reach)..(range.end + reach).min(size);
+        let Raster { width, height, .. } = self.film.raster;
+        Window { x: grown(&self.tile.x, width), y: grown(&self.tile.y, height) }.pixels()
+    }
+
+    /// A pixel that sees an edge.
+    fn edge(&self, pixel: (u32, u32)) -> Edge {
+        let average = |part| {
+            let mut average = Vec::new();
+            self.average.weights(pixel, part, &self.tile, |of, weight| average.push((self.of(of), weight)));
+            average
+        };
+        let averages = (0..self.average.parts(pixel)).map(average).collect();
+        Edge { pixel, averages, sums: vec![0.0; self.stride] }
+    }
+
     /// The residuals of a pixel of the tile.
-    fn of(&self, (x, y): (u32, u32)) -> std::ops::Range<usize> {
+    fn of(&self, (x, y): (u32, u32)) -> Range<usize> {
         let pixel = (y - self.tile.y.start) as usize * self.tile.x.len() + (x - self.tile.x.start) as usize;
-        let stride = self.film.request.film_layers() * 3;
-        pixel * stride..(pixel + 1) * stride
+        pixel * self.stride..(pixel + 1) * self.stride
+    }
+
+    /// Ends one sample of every pixel with own numbers, one with common numbers, or both, which lie at the same place in all pixels: in this part of one that
+    /// sees an edge.
+    pub fn step(&mut self, mut part: impl FnMut((u32, u32)) -> Option<usize>) {
+        for Edge { pixel, averages, sums } in &mut self.edges {
+            let Some(part) = part(*pixel) else { continue };
+            for (of, weight) in &averages[part] {
+                sums.iter_mut().zip(&self.latest[of.clone()]).for_each(|(sum, x)| *sum += weight * x);
+            }
+        }
+        self.residuals.iter_mut().zip(&self.latest).for_each(|(sum, x)| *sum += x);
+        self.latest.fill(0.0);
     }
 
     /// Adds the averages of residuals to all pixels that these reach, and ends the block.
-    pub fn spread(self, average: &impl Average) {
-        let reach = average.reach();
-        let grown =
-            |range: &std::ops::Range<u32>, size: u32| range.start.saturating_sub(reach)..(range.end + reach).min(size);
-        let (width, height) = (self.film.raster.width, self.film.raster.height);
-        let (columns, rows) = (grown(&self.tile.x, width), grown(&self.tile.y, height));
-        let mut sums = vec![0.0; self.film.request.film_layers() * 3];
-        for at in rows.flat_map(|y| columns.clone().map(move |x| (x, y))).filter(|&at| average.shares(at)) {
-            let near = Window { x: grown(&(at.0..at.0 + 1), width), y: grown(&(at.1..at.1 + 1), height) };
-            let near = near.within(&self.tile);
+    pub fn finish(mut self) {
+        let mut sums = vec![0.0; self.stride];
+        for pixel in self.reached().filter(|&pixel| self.average.parts(pixel) == 1) {
             sums.fill(0.0);
-            for of in near.y.flat_map(|y| near.x.clone().map(move |x| (x, y))).filter(|&of| average.shares(of)) {
-                let weight = average.weight(at, of);
-                if weight > 0.0 {
-                    sums.iter_mut().zip(&self.residuals[self.of(of)]).for_each(|(sum, x)| *sum += weight * x);
-                }
-            }
-            for (layer, sum) in sums.chunks_exact(3).enumerate() {
-                let sum = Spectrum::new(sum[0] as f32, sum[1] as f32, sum[2] as f32);
-                if !sum.is_zero() {
-                    self.film.add_to(at, layer, [sum]);
-                }
+            self.average.weights(pixel, 0, &self.tile, |of, weight| {
+                sums.iter_mut().zip(&self.residuals[self.of(of)]).for_each(|(sum, x)| *sum += weight * x);
+            });
+            self.add(pixel, &sums);
+        }
+        for Edge { pixel, sums, .. } in std::mem::take(&mut self.edges) {
+            self.add(pixel, &sums);
+        }
+    }
+
+    /// Adds to all layers of a pixel.
+    fn add(&mut self, pixel: (u32, u32), sums: &[f64]) {
+        for (layer, sum) in sums.chunks_exact(3).enumerate() {
+            let sum = Spectrum::new(sum[0] as f32, sum[1] as f32, sum[2] as f32);
+            if !sum.is_zero() {
+                self.film.add_to(pixel, layer, [sum]);
             }
         }
     }
 }
 
-impl Place for ResidualFilm<'_, '_> {
+impl<A: Average> Place for ResidualFilm<'_, '_, A> {
     fn request(&self) -> &Request {
         self.film.request
     }
@@ -159,7 +208,7 @@ impl Place for ResidualFilm<'_, '_> {
             sign = -1.0;
         }
         let first = self.of(self.film.pixel).start + layer * 3;
-        let residuals = self.residuals[first..first + 3 * N].chunks_exact_mut(3);
+        let residuals = self.latest[first..first + 3 * N].chunks_exact_mut(3);
         for (residual, value) in residuals.zip(values) {
             residual.iter_mut().zip(value.to_array()).for_each(|(sum, x)| *sum += sign * f64::from(x));
         }
@@ -170,7 +219,7 @@ impl Place for ResidualFilm<'_, '_> {
     }
 }
 
-impl Sink for ResidualFilm<'_, '_> {
+impl<A: Average> Sink for ResidualFilm<'_, '_, A> {
     const WANTS: Wants = Wants::NOTHING;
 
     #[inline]
@@ -181,7 +230,7 @@ impl Sink for ResidualFilm<'_, '_> {
     }
 }
 
-impl PixelSink for ResidualFilm<'_, '_> {
+impl<A: Average> PixelSink for ResidualFilm<'_, '_, A> {
     #[inline]
     fn start_sample(&mut self, pixel: Pixel, number: u32, weight: f32) {
         self.film.start_sample(pixel, number, weight);
