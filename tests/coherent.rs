@@ -3,6 +3,7 @@
 //!
 //! False-alarm rate: 0.1 % for each scene (Šidák over orders and blocks), as for every pair of methods.
 
+use crate::cli::{folder_with, refused, succeed};
 use crate::support::{Budget, Entry, Family, agree, builtin, measure, method_with, seed};
 use integrators::{Orders, Part, PartSettings, Quantity, Render, RenderSettings, Window, render};
 use sampling::filter::Filter;
@@ -15,33 +16,64 @@ const SIZE: u32 = 24;
 
 const METHODS: [&str; 2] = ["coherent", "coherent_bdpt"];
 
-/// With neighbours near and far.
+/// With neighbours near and further away.
 fn coherent(samples: u32) -> Vec<Entry> {
-    let near = METHODS.map(|name| Entry::new(name, samples).without_roulette());
-    let far = json!({"roulette": "none", "radius": 8});
-    let far = [("coherent", "coherent, far"), ("coherent_bdpt", "coherent_bdpt, far")]
-        .map(|(name, label)| Entry::new(name, samples).with(label, far.clone()));
-    near.into_iter().chain(far).collect()
+    let at = |radius: u32| json!({"roulette": "none", "radius": radius});
+    [
+        ("coherent", "coherent", at(2)),
+        ("coherent_bdpt", "coherent_bdpt", at(3)),
+        ("coherent_bdpt", "coherent_bdpt, far", at(6)),
+    ]
+    .map(|(name, label, settings)| Entry::new(name, samples).with(label, settings))
+    .into()
 }
 
 #[test]
 fn diffuse_rooms() {
+    let path = json!({"roulette": "none", "radius": 3, "own_samples": "path"});
     for (name, filter) in [("cornell_box", Filter::Mitchell), ("indirect_lamp", Filter::Box)] {
         let mut scene = builtin(name, SIZE);
         scene.camera.set_filter(filter);
-        let mut entries = coherent(32);
+        let mut entries = coherent(40);
+        entries.push(Entry::new("coherent_bdpt", 40).with("coherent_bdpt and path", path.clone()));
         let runs = json!({"runs": "bdpt(roulette=none):0:0.25;coherent(roulette=none):1-4:0.75"});
-        entries.push(Entry::new("composite", 32).with("coherent in a composite", runs));
+        entries.push(Entry::new("composite", 40).with("coherent in a composite", runs));
         entries.push(Entry::new("bdpt", 24).without_roulette());
         agree(&format!("coherent on {name}"), &scene, 4, &entries, 0.3);
     }
 }
 
+/// Places are common, too, whatever gives the numbers.
+#[test]
+fn every_sampler() {
+    let mut scene = builtin("cornell_box", 16);
+    scene.camera.set_filter(Filter::Mitchell);
+    let budget = |sampler| Budget { samples: 8, replicates: 128, sampler, ..Budget::samples(1).up_to(2) };
+    let path = measure(&scene, method_with("path", json!({})).as_ref(), "path", budget(SamplerKind::Independent));
+    let blocks = path.blocks(4);
+    let mut family = Family::new("coherent by samplers");
+    for &sampler in &SamplerKind::ALL[1..] {
+        let own = json!({"own_samples": "path"});
+        for (name, settings) in [("coherent", json!({})), ("coherent_bdpt", own)] {
+            let label = format!("{name} {sampler}");
+            let other = measure(&scene, method_with(name, settings).as_ref(), &label, budget(sampler));
+            for order in 0..=2 {
+                family.image(format!("{label} order {order}"), other.image(order), path.image(order));
+                for (block, pixels) in blocks.iter().enumerate() {
+                    let [a, b] = [&other, &path].map(|rendered| rendered.over(order, pixels));
+                    family.block(format!("{label} order {order} block {block}"), a, b);
+                }
+            }
+        }
+    }
+    family.finish(0.3);
+}
+
 /// A floor that shares numbers, and plates that do not.
 #[test]
 fn gloss_beside_diffuse_surfaces() {
-    let mut entries = coherent(32);
-    entries.push(Entry::new("path", 32).without_roulette());
+    let mut entries = Vec::from(METHODS.map(|name| Entry::new(name, 80).without_roulette()));
+    entries.push(Entry::new("path", 48).without_roulette());
     agree("coherent on veach_mis", &builtin("veach_mis", SIZE), 2, &entries, 0.3);
 }
 
@@ -138,4 +170,48 @@ fn parts_of_add_up(scene: &Scene, name: &str) {
             }
         }
     }
+}
+
+/// A point that a mirror throws on a wall: walks from the camera never find it, so that a path tracer's samples have another mean.
+const POINT_AND_MIRROR: &str = r#"
+[camera]
+position = [0, 1, 3]
+target = [0, 0, 0]
+width = 8
+height = 8
+[materials.white]
+type = "lambert"
+albedo = 0.7
+[materials.mirror]
+type = "mirror"
+[[shapes]]
+type = "sphere"
+center = [0, 0, 0]
+radius = 0.5
+material = "mirror"
+[[shapes]]
+type = "quad"
+origin = [-2, -1, -2]
+edge_u = [0, 0, 4]
+edge_v = [4, 0, 0]
+material = "white"
+[[emitters]]
+type = "point"
+position = [0, 2, 0]
+intensity = 1
+"#;
+
+#[test]
+fn samples_of_other_means_or_strategies_are_refused() {
+    let folder = folder_with(&[("point.toml", POINT_AND_MIRROR)]);
+    let render = |scene, more: &[&'static str]| {
+        let command = ["render", scene, "-i", "coherent_bdpt", "--size", "8x8", "--spp", "4", "--layers"];
+        [&command[..], more].concat()
+    };
+    succeed(folder.path(), &render("point.toml", &["orders"]));
+    let path = ["orders", "--set", "own_samples=path"];
+    refused(folder.path(), &render("point.toml", &path), &["coherent_bdpt", "LS.*E", "set own_samples=bdpt"]);
+    succeed(folder.path(), &render("cornell_box", &path));
+    let strategies = ["strategies", "--set", "own_samples=path"];
+    refused(folder.path(), &render("cornell_box", &strategies), &["other strategies", "set own_samples=bdpt"]);
 }

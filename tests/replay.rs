@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 /// Every method, and what of `bdpt` draws numbers of its own.
 fn methods() -> Vec<Box<dyn Integrator>> {
-    let settings: [(&str, Value); 19] = [
+    let settings: [(&str, Value); 20] = [
         ("direct", json!({})),
         ("path", json!({})),
         ("light", json!({})),
@@ -29,6 +29,7 @@ fn methods() -> Vec<Box<dyn Integrator>> {
         ("guided", json!({})),
         ("coherent", json!({})),
         ("coherent_bdpt", json!({})),
+        ("coherent_bdpt", json!({"own_samples": "path"})),
         ("local", json!({})),
         ("whitted", json!({})),
         ("vcm", json!({"radius": 0.1})),

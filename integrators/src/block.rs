@@ -184,8 +184,8 @@ mod tests {
         let at_once = |side: u32, samples: u32, runs: u32| {
             Blocks::new(Window::whole(side, side), samples, runs).block(0).samples.len()
         };
-        assert_eq!([at_once(64, 64, 1), at_once(256, 8, 1), at_once(256, 64, 1), at_once(1024, 2, 1)], [4, 8, 16, 2]);
-        assert_eq!([at_once(64, 64, 0), at_once(64, 64, 3), at_once(256, 64, 3), at_once(256, 64, 5)], [4, 12, 16, 20]);
+        assert_eq!([at_once(64, 64, 1), at_once(256, 8, 1), at_once(256, 64, 1), at_once(1024, 2, 1)], [4, 8, 64, 2]);
+        assert_eq!([at_once(64, 64, 0), at_once(64, 64, 3), at_once(256, 64, 3), at_once(256, 64, 5)], [4, 12, 64, 64]);
     }
 
     #[test]

@@ -96,18 +96,20 @@ pub fn request(
 ) -> Result<Request, RenderError> {
     let orders = settings.orders.clone().within(method.orders(settings.orders.max_order()));
     let request = Request::new(orders, settings.tail);
-    let reason = method.unsupported(scene).or_else(|| method.unsupported_request(&request));
+    let unsupported = |reason| RenderError::Unsupported { method: method.name().to_owned(), reason };
     let nothing = "it carries none of the orders asked for; ask for lower ones".to_owned();
-    let reason = reason.or_else(|| request.layers().is_empty().then_some(nothing));
+    let reason = method.unsupported(scene).or_else(|| request.layers().is_empty().then_some(nothing));
     let unclassified = "it does not tell light groups and path classes apart; leave them out".to_owned();
     let asked = parts.groups || !parts.classes.is_empty();
     let reason = reason.or_else(|| (asked && !method.classifies()).then_some(unclassified));
-    let reason = reason.or_else(|| method.seedless(scene, &request));
     if let Some(reason) = reason {
-        return Err(RenderError::Unsupported { method: method.name().to_owned(), reason });
+        return Err(unsupported(reason));
     }
     let parts = Parts::new(parts, scene, request.layers(), |technique| method.makes(technique));
     let request = request.with_parts(parts.map_err(|reason| RenderError::Parts { reason })?);
+    if let Some(reason) = method.unsupported_request(&request).or_else(|| method.seedless(scene, &request)) {
+        return Err(unsupported(reason));
+    }
     let runs = method.runs(&request);
     Ok(request.with_runs(runs))
 }

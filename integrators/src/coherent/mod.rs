@@ -13,12 +13,19 @@
 //! is much the same, so that (1 − F) C errs by little, and F O by what the average over all neighbours errs by. The walks that \[Kettunen15\] traces for
 //! gradients are the common ones of neighbouring pixels here, so that none is traced twice.
 //!
-//! A pixel that sees edges, mirrors, gloss, lamps or the sky takes all of its samples with numbers of its own, as `path` does; so does what it has no
+//! A pixel at an edge between diffuse surfaces takes off what those err by that the sample at work sees: half of its samples see either side, and what they err
+//! by is not half of what all do. Own and common samples lie at the same places in all pixels, where O and C have the same mean, so that F may depend on the
+//! place as well.
+//!
+//! A pixel that sees mirrors, gloss, lamps or the sky takes all of its samples with numbers of its own, as `path` does; so does what it has no
 //! neighbours like. Order 0 is the mean of all samples in any pixel.
 //!
 //! Bidirectionally, light vertices are connected to camera subpaths and not to the camera, so that what a sample brings lands in its own pixel. With
 //! common numbers all pixels share one light subpath, a row of virtual lamps \[Keller97\], which is traced once for pixels in a row that share it; what these lamps light
 //! changes little from pixel to pixel, even where no walk from the camera would find what shines.
+//!
+//! Own samples need not be made as common ones are, if only they have the same mean: where walks find the light that there is, path tracing makes more of the
+//! time that they take.
 //!
 //! The common error of all pixels is not in the image, but the mean of an image is that of the own samples: half as many, for twice the variance. Where
 //! neighbours' errors are not alike, as in caustics, nothing is gained.
@@ -37,12 +44,12 @@ use crate::request::Request;
 use crate::sampled::{Witness, bodies_in};
 use crate::scratch::Scratch;
 use neighbours::Neighbours;
-use sampling::Vec2;
 use sampling::sampler::{Purpose, Sampler};
+use sampling::{Vec2, fault};
 use scenes::{Needs, Scene};
 use serde_json::Value;
 use settings::Settings;
-pub use settings::{Coherent, CoherentBdpt, Reach};
+pub use settings::{Coherent, CoherentBdpt, OwnSamples, Reach};
 use std::ops::RangeInclusive;
 
 /// Such a method, under a name.
@@ -150,7 +157,7 @@ impl<E: Estimator> Pass for SharingPass<'_, E> {
         let mut scratch = Scratch::default();
         let mut samplers = Source::EVERY.map(|source| self.sampler(source));
         for number in block.samples.clone() {
-            let place = self.film(&mut samplers[Source::Common as usize], number);
+            let place = self.place(&mut samplers[Source::Common as usize], number);
             let mut before = Source::All;
             for pixel in block.tile.pixels() {
                 let source = self.source(pixel, number);
@@ -178,7 +185,7 @@ impl<E: Estimator> Pass for SharingPass<'_, E> {
     fn replay(&mut self, pixel: (u32, u32), sample: u32, show: &mut dyn FnMut(&Contribution)) -> bool {
         let source = self.source(pixel, sample);
         let (mut sampler, mut scratch) = (self.sampler(source), Scratch::default());
-        let place = self.film(&mut self.sampler(Source::Common), sample);
+        let place = self.place(&mut self.sampler(Source::Common), sample);
         let samples = self.replicate.samples;
         let mut scaled = |c: &Contribution| {
             show(&Contribution { weight: c.weight * f64::from(source.counts(c, samples)), ..*c });
@@ -207,7 +214,7 @@ impl<E: Estimator> SharingPass<'_, E> {
 
     /// Where a sample with common numbers lies in its pixel, for the filter; that with own numbers before it does, too, so that the two differ by
     /// nothing in the mean wherever that is.
-    fn film(&self, common: &mut Sampler, number: u32) -> Vec2 {
+    fn place(&self, common: &mut Sampler, number: u32) -> Vec2 {
         common.start_sample(0, number / 2);
         common.get_2d(Purpose::Film)
     }
@@ -217,7 +224,7 @@ impl<E: Estimator> SharingPass<'_, E> {
     fn sample<S: PixelSink>(
         &self,
         (x, y): (u32, u32),
-        (source, number, film): (Source, u32, Vec2),
+        (source, number, place): (Source, u32, Vec2),
         sampler: &mut Sampler,
         scratch: &mut Scratch,
         out: &mut S,
@@ -228,9 +235,12 @@ impl<E: Estimator> SharingPass<'_, E> {
             Source::Own => sampler.start_sample(own, number / 2),
             Source::Common => sampler.start_sample(0, number / 2),
         }
-        let own = sampler.get_2d(Purpose::Film);
-        let film = if source == Source::All { own } else { film };
-        let (pixel, weight) = Pixel::sample(x, y, self.scene.camera.filter(), film);
+        let place = match source {
+            Source::All => sampler.get_2d(Purpose::Film),
+            Source::Own => fault!("own_samples_at_places_of_their_own", place, sampler.get_2d(Purpose::Film)),
+            Source::Common => place,
+        };
+        let (pixel, weight) = Pixel::sample(x, y, self.scene.camera.filter(), place);
         out.start_sample(pixel, number, weight);
         match &self.own {
             Some(own) if source == Source::Own => own.estimate(self.scene, self.request, pixel, sampler, scratch, out),

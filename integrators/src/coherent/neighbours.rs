@@ -35,8 +35,9 @@ impl Surface {
     /// From 1 for the same to 0.
     #[inline]
     fn likeness(&self, other: &Self) -> f32 {
-        let turned = 1.0 - (1.0 - self.n.dot(other.n)) * (1.0 / TURN);
-        if turned <= 0.0 {
+        // None to what has no normal, which is no number here.
+        let turned = (1.0 - (1.0 - self.n.dot(other.n)) / TURN).max(0.0);
+        if turned == 0.0 {
             return 0.0;
         }
         let d = other.p - self.p;
@@ -69,7 +70,7 @@ impl Surface {
 /// What a ray of the camera meets.
 #[derive(Clone, Copy, Debug)]
 enum Seen {
-    /// Nothing, from where no light comes but the sky's own.
+    /// Nothing, from where no light comes.
     Nothing,
     /// What shares no numbers.
     Alone,
@@ -83,6 +84,8 @@ impl Seen {
         // By reference: an interaction is large.
         match &scene.intersect(&scene.camera.sample_we(raster, vec2(0.5, 0.5)).ray) {
             Some(hit) => Self::of(scene, hit),
+            // A silhouette before the sky is known better by places of the pixel's own.
+            None if scene.environment.is_some() => Self::Alone,
             None => Self::Nothing,
         }
     }
@@ -132,8 +135,8 @@ pub(super) struct Neighbours {
 }
 
 impl Neighbours {
-    /// Bytes for each pixel, with those for a corner of it while neighbours are found, and for two parts of every eighth.
-    pub const BYTES: u64 = (2 * size_of::<Sight>() + size_of::<Seen>() + size_of::<Part>() / 4) as u64;
+    /// Bytes for each pixel, with those for a corner of it or a copy while neighbours are found, and for parts: four of every eighth, which is much.
+    pub const BYTES: u64 = (2 * size_of::<Sight>() + size_of::<Seen>() + 1 + size_of::<Part>()) as u64;
 
     /// No pixel shares numbers.
     pub fn none(scene: &Scene) -> Self {
@@ -144,28 +147,29 @@ impl Neighbours {
 
     /// Looks at every pixel of the image.
     pub fn find(scene: &Scene, radius: u32) -> Self {
-        let none = Self { radius, near: Self::nearness(radius), ..Self::none(scene) };
-        let width = none.width as usize;
+        let mut all = Self { radius, near: Self::nearness(radius), ..Self::none(scene) };
+        let width = all.width as usize;
         let at = |i: usize| ((i % width) as u32, (i / width) as u32);
         let corners = Corners::look(scene);
-        let found: Vec<(Sight, u64)> =
-            (0..none.sights.len()).into_par_iter().map(|i| corners.pixel(scene, at(i))).collect();
-        let closest = corners.seen.len() as u64 + found.iter().map(|(_, rays)| rays).sum::<u64>();
+        let rays: Vec<u8>;
+        (all.sights, rays) = (0..all.sights.len()).into_par_iter().map(|i| corners.pixel(scene, at(i))).unzip();
+        all.work.closest = corners.seen.len() as u64 + rays.into_iter().map(u64::from).sum::<u64>();
         drop(corners);
-        let mut all = Self { sights: found.into_iter().map(|(sight, _)| sight).collect(), ..none };
-        all.work.closest = closest;
         // Whole pixels that are left alone are nobody's neighbours.
         all.sights = (0..all.sights.len()).into_par_iter().map(|i| all.kept(at(i))).collect();
         all.sights = (0..all.sights.len()).into_par_iter().map(|i| all.weighed(at(i))).collect();
         all
     }
 
-    /// Which part of a pixel at an edge these numbers for the filter lie in.
-    pub fn part(&self, scene: &Scene, (x, y): (u32, u32), film: Vec2) -> Option<usize> {
-        let Sight::Split(parts) = self.sight((x, y)) else { return None };
-        let (pixel, _) = Pixel::sample(x, y, scene.camera.filter(), film);
-        let Seen::Surface(surface) = Seen::look(scene, pixel.raster) else { return None };
-        parts.iter().position(|part| part.surface.likeness(&surface) > 0.0)
+    /// Which part of a pixel these numbers for the filter lie in.
+    pub fn part(&self, scene: &Scene, (x, y): (u32, u32), place: Vec2) -> usize {
+        let Sight::Split(parts) = self.sight((x, y)) else { return 0 };
+        let (pixel, _) = Pixel::sample(x, y, scene.camera.filter(), place);
+        let part = match Seen::look(scene, pixel.raster) {
+            Seen::Surface(surface) => parts.iter().position(|part| part.surface.likeness(&surface) > 0.0),
+            _ => None,
+        };
+        part.unwrap_or(parts.len())
     }
 
     fn sight(&self, (x, y): (u32, u32)) -> &Sight {
@@ -182,8 +186,9 @@ impl Neighbours {
 
     /// What a pixel sees, with its neighbours' weights in its shares.
     fn weighed(&self, at: (u32, u32)) -> Sight {
-        // The pixel itself is one of those that are averaged.
-        let weighed = |part: &Part| Part { scale: 1.0 / (1.0 + self.around(at, &part.surface)), ..*part };
+        // The pixel itself is one of those that are averaged; left to itself it has the mean of both images.
+        let scale = |around: f32| 1.0 / (1.0 + around.max(1.0));
+        let weighed = |part: &Part| Part { scale: scale(self.around(at, &part.surface)), ..*part };
         match self.sight(at) {
             Sight::Alone => Sight::Alone,
             Sight::Whole(part) => Sight::Whole(weighed(part)),
@@ -242,26 +247,27 @@ impl Average for Neighbours {
         match self.sight(pixel) {
             Sight::Alone => 0,
             Sight::Whole(_) => 1,
-            // What lies past them is one, too, whose average is of nothing.
+            // What lies past them is one, too, which shares with nothing but itself.
             Sight::Split(parts) => parts.len() + 1,
         }
     }
 
     #[inline]
     fn weights(&self, at: (u32, u32), part: usize, within: &Window, mut take: impl FnMut((u32, u32), f64)) {
-        let part = match self.sight(at) {
-            Sight::Alone => None,
-            Sight::Whole(part) => Some(part),
-            Sight::Split(parts) => parts.get(part),
+        let (side, itself) = match self.sight(at) {
+            Sight::Alone => return,
+            Sight::Whole(side) => (Some(side), None),
+            Sight::Split(sides) => (sides.get(part), Some(sides.get(part).map_or(0.5, |side| side.scale))),
         };
-        let Some(Part { surface, scale, .. }) = part else { return };
-        self.each(at, surface, within, |of, weight| {
-            if weight > 0.0 {
-                take(of, f64::from(weight * scale));
-            }
-        });
-        if matches!(self.sight(at), Sight::Split(_)) && within.contains(at) {
-            take(at, f64::from(*scale));
+        if let Some(Part { surface, scale, .. }) = side {
+            self.each(at, surface, within, |of, weight| {
+                if weight > 0.0 {
+                    take(of, f64::from(weight * scale));
+                }
+            });
+        }
+        if let Some(weight) = itself.filter(|_| within.contains(at)) {
+            take(at, f64::from(weight));
         }
     }
 }
@@ -283,7 +289,7 @@ impl Corners {
     }
 
     /// What a pixel sees, by its corners and those as much further out as its filter reaches, and by so many rays more where these see an edge.
-    fn pixel(&self, scene: &Scene, (x, y): (u32, u32)) -> (Sight, u64) {
+    fn pixel(&self, scene: &Scene, (x, y): (u32, u32)) -> (Sight, u8) {
         let further = (scene.camera.filter().radius() - 0.5).ceil() as u32;
         let range = |i: u32, size: u32| i.saturating_sub(further) as usize..=(i + 1 + further).min(size) as usize;
         let rows = range(y, self.height).map(|row| row * (self.width as usize + 1));
@@ -306,18 +312,19 @@ impl Corners {
             [one, ..] if met == count && surfaces.iter().all(|other| other.likeness(&one) > 0.0) => {
                 (Sight::Whole(Part { surface: Surface::mean(&surfaces), share: 1.0, scale: 1.0 }), 0)
             }
-            _ => (Self::split(scene, (x, y)), u64::from(LOOKS).pow(2)),
+            _ => Self::split(scene, (x, y)),
         }
     }
 
-    /// What a pixel sees at an edge.
-    fn split(scene: &Scene, (x, y): (u32, u32)) -> Sight {
+    /// What a pixel sees at an edge, and the number of rays that said so.
+    fn split(scene: &Scene, (x, y): (u32, u32)) -> (Sight, u8) {
         let within = |i: u8| (f32::from(i) + 0.5) / f32::from(LOOKS);
-        let mut groups: Vec<Vec<Surface>> = Vec::new();
+        let (mut groups, mut rays) = (Vec::<Vec<Surface>>::new(), 0);
         for (i, j) in (0..LOOKS).flat_map(|j| (0..LOOKS).map(move |i| (i, j))) {
             let (pixel, _) = Pixel::sample(x, y, scene.camera.filter(), vec2(within(i), within(j)));
+            rays += 1;
             match Seen::look(scene, pixel.raster) {
-                Seen::Alone => return Sight::Alone,
+                Seen::Alone => return (Sight::Alone, rays),
                 Seen::Nothing => (),
                 Seen::Surface(surface) => match groups.iter_mut().find(|group| group[0].likeness(&surface) > 0.0) {
                     Some(group) => group.push(surface),
@@ -326,11 +333,7 @@ impl Corners {
             }
         }
         let share = |group: &Vec<Surface>| group.len() as f32 / f32::from(LOOKS * LOOKS);
-        Sight::Split(
-            groups
-                .iter()
-                .map(|group| Part { surface: Surface::mean(group), share: share(group), scale: 1.0 })
-                .collect(),
-        )
+        let part = |group: &Vec<Surface>| Part { surface: Surface::mean(group), share: share(group), scale: 1.0 };
+        (Sight::Split(groups.iter().map(part).collect()), rays)
     }
 }

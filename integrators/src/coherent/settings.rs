@@ -100,7 +100,7 @@ pub struct CoherentBdpt {
     pub own_samples: OwnSamples,
     /// How strategies are weighted.
     pub mis: Heuristic,
-    /// How walks end, those of path tracing by throughput if they do.
+    /// How walks end; those of path tracing by throughput, and as `path`'s, where others do locally.
     pub roulette: SubpathRoulette,
     /// The number of scatterings from which roulette by throughput is played.
     pub roulette_start: usize,
@@ -124,11 +124,13 @@ impl Settings for CoherentBdpt {
     }
 
     fn own(&self) -> Option<Path> {
-        let roulette = match self.roulette {
-            SubpathRoulette::None => Roulette::None,
-            _ => Roulette::Throughput,
+        let (path, mis) = (Path::default(), self.mis);
+        let (roulette, roulette_start) = match self.roulette {
+            SubpathRoulette::None => (Roulette::None, path.roulette_start),
+            SubpathRoulette::Local => (Roulette::Throughput, path.roulette_start),
+            SubpathRoulette::Throughput => (Roulette::Throughput, self.roulette_start),
         };
-        let path = Path { mis: self.mis, roulette: roulette.into(), ..Path::default() };
+        let path = Path { mis, roulette: roulette.into(), roulette_start, ..path };
         (self.own_samples == OwnSamples::Path).then_some(path)
     }
 

@@ -55,7 +55,8 @@ pub trait Average {
     /// How many parts a pixel has that share numbers: none if it does not, and several where it sees an edge.
     fn parts(&self, pixel: (u32, u32)) -> usize;
 
-    /// The pixels of a window that share numbers and are in the average at a part of a pixel, and their weights there; those of all pixels add up to one.
+    /// The pixels of a window that share numbers and are in the average at a part of a pixel, and their weights there; those of all pixels add up to one
+    /// at most, and to one where the part has neighbours.
     fn weights(&self, at: (u32, u32), part: usize, within: &Window, take: impl FnMut((u32, u32), f64));
 }
 
@@ -94,7 +95,8 @@ impl<'f, 'r, A: Average> ResidualFilm<'f, 'r, A> {
         let stride = film.request.film_layers() * 3;
         let (residuals, latest, edges) = (vec![0.0; pixels * stride], vec![0.0; pixels * stride], Vec::new());
         let mut film = Self { film, average, tile, samples, source: Source::All, stride, latest, residuals, edges };
-        film.edges = film.reached().filter(|&pixel| average.parts(pixel) > 1).map(|pixel| film.edge(pixel)).collect();
+        let edges = film.reached().filter(|&pixel| average.parts(pixel) > 1).map(|pixel| film.edge(pixel));
+        film.edges = edges.filter(|edge| edge.averages.iter().any(|average| !average.is_empty())).collect();
         film
     }
 
@@ -144,10 +146,9 @@ impl<'f, 'r, A: Average> ResidualFilm<'f, 'r, A> {
 
     /// Ends one sample of every pixel with own numbers, one with common numbers, or both, which lie at the same place in all pixels: in this part of one that
     /// sees an edge.
-    pub fn step(&mut self, mut part: impl FnMut((u32, u32)) -> Option<usize>) {
+    pub fn step(&mut self, mut part: impl FnMut((u32, u32)) -> usize) {
         for Edge { pixel, averages, sums } in &mut self.edges {
-            let Some(part) = part(*pixel) else { continue };
-            for (of, weight) in &averages[part] {
+            for (of, weight) in &averages[part(*pixel)] {
                 sums.iter_mut().zip(&self.latest[of.clone()]).for_each(|(sum, x)| *sum += weight * x);
             }
         }
