@@ -8,7 +8,7 @@ use crate::support::{Budget, Entry, Family, agree, builtin, measure, method_with
 use integrators::{Orders, Part, PartSettings, Quantity, Render, RenderSettings, Window, render};
 use sampling::filter::Filter;
 use sampling::sampler::{Role, SamplerKind};
-use scenes::Scene;
+use scenes::{LoadOptions, Scene, load};
 use serde_json::json;
 use std::ops::RangeInclusive;
 
@@ -31,7 +31,7 @@ fn coherent(samples: u32) -> Vec<Entry> {
 #[test]
 fn diffuse_rooms() {
     let path = json!({"roulette": "none", "radius": 3, "own_samples": "path"});
-    for (name, filter) in [("cornell_box", Filter::Mitchell), ("indirect_lamp", Filter::Box)] {
+    for (name, filter) in [("cornell_box", Filter::Triangle), ("indirect_lamp", Filter::Box)] {
         let mut scene = builtin(name, SIZE);
         scene.camera.set_filter(filter);
         let mut entries = coherent(40);
@@ -47,8 +47,8 @@ fn diffuse_rooms() {
 #[test]
 fn every_sampler() {
     let mut scene = builtin("cornell_box", 16);
-    scene.camera.set_filter(Filter::Mitchell);
-    let budget = |sampler| Budget { samples: 8, replicates: 128, sampler, ..Budget::samples(1).up_to(2) };
+    scene.camera.set_filter(Filter::Triangle);
+    let budget = |sampler| Budget { samples: 8, replicates: 64, sampler, ..Budget::samples(1).up_to(2) };
     let path = measure(&scene, method_with("path", json!({})).as_ref(), "path", budget(SamplerKind::Independent));
     let blocks = path.blocks(4);
     let mut family = Family::new("coherent by samplers");
@@ -67,6 +67,64 @@ fn every_sampler() {
         }
     }
     family.finish(0.3);
+}
+
+/// A bright and a dark half of a wall, whose edge is three tenths into the ninth of 16 columns of pixels, before a point that lights it less from
+/// column to column.
+const HALVES: &str = r#"
+[camera]
+position = [0, 0, 2]
+target = [0, 0, 0]
+fov = 40
+width = 16
+height = 16
+[materials.bright]
+type = "lambert"
+albedo = 0.9
+[materials.dark]
+type = "lambert"
+albedo = 0.1
+[[shapes]]
+type = "quad"
+origin = [-9, -9, 0]
+edge_u = [9.0273, 0, 0]
+edge_v = [0, 18, 0]
+material = "bright"
+[[shapes]]
+type = "quad"
+origin = [0.0273, -9, 0]
+edge_u = [9, 0, 0]
+edge_v = [0, 18, 0]
+material = "dark"
+[[emitters]]
+type = "point"
+position = [-0.5, 0, 0.5]
+intensity = 1
+"#;
+
+/// Columns of pixels beside the edge of a wall's halves. Samples that lay elsewhere in their pixels than those they are compared with would see
+/// another light.
+#[test]
+fn edges_have_the_means_of_their_sides() {
+    let folder = folder_with(&[("halves.toml", HALVES)]);
+    let file = folder.path().join("halves.toml");
+    let mut family = Family::new("coherent at an edge");
+    for filter in [Filter::Box, Filter::Triangle, Filter::Mitchell] {
+        let mut scene = load(file.to_str().unwrap(), &LoadOptions::default()).unwrap();
+        scene.camera.set_filter(filter);
+        let budget = Budget { samples: 16, replicates: 640, ..Budget::samples(1) }.up_to(1);
+        let render = |name| measure(&scene, method_with(name, json!({})).as_ref(), name, budget);
+        let path = render("path");
+        for name in METHODS {
+            let other = render(name);
+            for column in 6..11 {
+                let pixels: Vec<usize> = (4..12).map(|row| row * 16 + column).collect();
+                let label = format!("{name}, {filter:?}, column {column}");
+                family.image(label, other.over(1, &pixels), path.over(1, &pixels));
+            }
+        }
+    }
+    family.finish(1.0);
 }
 
 /// A floor that shares numbers, and plates that do not.

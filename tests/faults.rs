@@ -83,7 +83,7 @@ const FAULTS: &[(&str, &str)] = &[
     ("camera_connections_that_are_not_made_counted", "mis_weights::weights_of_all_strategies_sum_to_one"),
     ("guide_left_out_of_weights", "guided::diffuse_rooms"),
     ("samples_of_a_source_taken_for_all", "coherent::diffuse_rooms"),
-    ("own_samples_at_places_of_their_own", "coherent::diffuse_rooms"),
+    ("own_samples_at_places_of_their_own", "coherent::edges_have_the_means_of_their_sides"),
     ("share_of_a_run_forgotten", "composite::any_runs_have_the_means_of_one_method"),
     ("orders_of_other_runs_counted", "composite::runs_in_regions_have_the_means_of_one_method_in_every_built_in_scene"),
     ("noise_of_the_reference_ignored", "coverage::synthetic::intervals_of_errors_cover_the_truth"),

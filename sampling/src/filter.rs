@@ -59,6 +59,12 @@ impl Filter {
         }
     }
 
+    /// Whether f is negative somewhere, so that the weights of samples differ.
+    #[inline]
+    pub fn has_negative_lobes(self) -> bool {
+        self == Self::Mitchell
+    }
+
     /// f at a distance from the pixel's centre \[1/pixel²\].
     #[inline]
     pub fn eval(self, offset: Vec2) -> f32 {

@@ -15,7 +15,8 @@
 //!
 //! A pixel at an edge between diffuse surfaces takes off what those err by that the sample at work sees: half of its samples see either side, and what they err
 //! by is not half of what all do. Own and common samples lie at the same places in all pixels, where O and C have the same mean, so that F may depend on the
-//! place as well.
+//! place as well. (Under a filter with negative lobes that would leave the common weights of places in the image: there own samples have places of their own,
+//! and pixels at edges own samples alone.)
 //!
 //! A pixel that sees mirrors, gloss, lamps or the sky takes all of its samples with numbers of its own, as `path` does; so does what it has no
 //! neighbours like. Order 0 is the mean of all samples in any pixel.
@@ -212,8 +213,7 @@ impl<E: Estimator> SharingPass<'_, E> {
         Sampler::new(sampler, key.of_part(source as u32), source.samples(samples), size)
     }
 
-    /// Where a sample with common numbers lies in its pixel, for the filter; that with own numbers before it does, too, so that the two differ by
-    /// nothing in the mean wherever that is.
+    /// Where a sample with common numbers lies in its pixel, for the filter, and that with own numbers before it.
     fn place(&self, common: &mut Sampler, number: u32) -> Vec2 {
         common.start_sample(0, number / 2);
         common.get_2d(Purpose::Film)
@@ -235,12 +235,14 @@ impl<E: Estimator> SharingPass<'_, E> {
             Source::Own => sampler.start_sample(own, number / 2),
             Source::Common => sampler.start_sample(0, number / 2),
         }
+        let filter = self.scene.camera.filter();
         let place = match source {
             Source::All => sampler.get_2d(Purpose::Film),
+            Source::Own if filter.has_negative_lobes() => sampler.get_2d(Purpose::Film),
             Source::Own => fault!("own_samples_at_places_of_their_own", place, sampler.get_2d(Purpose::Film)),
             Source::Common => place,
         };
-        let (pixel, weight) = Pixel::sample(x, y, self.scene.camera.filter(), place);
+        let (pixel, weight) = Pixel::sample(x, y, filter, place);
         out.start_sample(pixel, number, weight);
         match &self.own {
             Some(own) if source == Source::Own => own.estimate(self.scene, self.request, pixel, sampler, scratch, out),

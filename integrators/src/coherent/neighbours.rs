@@ -312,6 +312,7 @@ impl Corners {
             [one, ..] if met == count && surfaces.iter().all(|other| other.likeness(&one) > 0.0) => {
                 (Sight::Whole(Part { surface: Surface::mean(&surfaces), share: 1.0, scale: 1.0 }), 0)
             }
+            _ if scene.camera.filter().has_negative_lobes() => (Sight::Alone, 0),
             _ => Self::split(scene, (x, y)),
         }
     }
