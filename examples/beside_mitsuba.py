@@ -151,13 +151,14 @@ def sides(shape):
 
 
 class Neumann:
-    """A method of neumann."""
+    """A method of neumann, with settings if they are not its own."""
 
-    def __init__(self, file, folder, method, sampler):
-        self.name, self.is_other, self.squares = f"neumann {method}, {sampler}", False, False
+    def __init__(self, file, folder, method, sampler, *settings):
+        self.name, self.is_other, self.squares = f"neumann {' '.join([method, *settings])}, {sampler}", False, False
         self.out, self.stats = folder / "image.exr", folder / "stats.json"
         program = str(ROOT / "target/release/neumann")
         self.command = [program, "render", str(file), "-i", method, "--sampler", sampler, "--max-order", str(MAX_DEPTH - 1), "--replicates", "1"]
+        self.command += [word for setting in settings for word in ("--set", setting)]
         self.command += ["--layers", "beauty", "-q", "-o", str(self.out), "--stats", str(self.stats)]
 
     def render(self, spp, seed):
@@ -208,7 +209,8 @@ def samples_for(contender, seconds):
 
 
 def neumann_contenders(file, folder):
-    return [Neumann(file, folder, method, "sobol") for method in ("path", "coherent", "coherent_bdpt", "light", "bdpt", "composite")]
+    methods = [["path"], ["coherent"], ["coherent_bdpt"], ["coherent_bdpt", "own_samples=path"], ["light"], ["bdpt"], ["composite"]]
+    return [Neumann(file, folder, method, "sobol", *settings) for method, *settings in methods]
 
 
 def contenders_of(file, folder, args):
