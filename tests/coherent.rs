@@ -4,7 +4,7 @@
 //! False-alarm rate: 0.1 % for each scene (Šidák over orders and blocks), as for every pair of methods.
 
 use crate::cli::{folder_with, refused, succeed};
-use crate::support::{Budget, Entry, Family, agree, builtin, measure, method_with, seed};
+use crate::support::{Budget, Entry, Family, Rendered, agree, builtin, measure, method_with, seed};
 use integrators::{Orders, Part, PartSettings, Quantity, Render, RenderSettings, Window, render};
 use sampling::filter::Filter;
 use sampling::sampler::{Role, SamplerKind};
@@ -43,6 +43,20 @@ fn diffuse_rooms() {
     }
 }
 
+/// Compares orders 0 to 2 on the image and on blocks of it.
+fn compare(family: &mut Family, label: &str, a: &Rendered, b: &Rendered) {
+    for order in 0..=2 {
+        family.image(format!("{label}, order {order}"), a.image(order), b.image(order));
+        for (block, pixels) in b.blocks(4).iter().enumerate() {
+            family.block(
+                format!("{label}, order {order}, block {block}"),
+                a.over(order, pixels),
+                b.over(order, pixels),
+            );
+        }
+    }
+}
+
 /// Places are common, too, whatever gives the numbers.
 #[test]
 fn every_sampler() {
@@ -50,20 +64,13 @@ fn every_sampler() {
     scene.camera.set_filter(Filter::Triangle);
     let budget = |sampler| Budget { samples: 8, replicates: 64, sampler, ..Budget::samples(1).up_to(2) };
     let path = measure(&scene, method_with("path", json!({})).as_ref(), "path", budget(SamplerKind::Independent));
-    let blocks = path.blocks(4);
     let mut family = Family::new("coherent by samplers");
     for &sampler in &SamplerKind::ALL[1..] {
         let own = json!({"own_samples": "path"});
         for (name, settings) in [("coherent", json!({})), ("coherent_bdpt", own)] {
             let label = format!("{name} {sampler}");
             let other = measure(&scene, method_with(name, settings).as_ref(), &label, budget(sampler));
-            for order in 0..=2 {
-                family.image(format!("{label} order {order}"), other.image(order), path.image(order));
-                for (block, pixels) in blocks.iter().enumerate() {
-                    let [a, b] = [&other, &path].map(|rendered| rendered.over(order, pixels));
-                    family.block(format!("{label} order {order} block {block}"), a, b);
-                }
-            }
+            compare(&mut family, &label, &other, &path);
         }
     }
     family.finish(0.3);
@@ -145,13 +152,7 @@ fn odd_numbers_of_samples() {
     for (name, samples) in METHODS.into_iter().flat_map(|name| [1, 2, 3, 7].map(|samples| (name, samples))) {
         let coherent = method_with(name, json!({}));
         let rendered = measure(&scene, coherent.as_ref(), &format!("{name} {samples}"), budget(samples));
-        for order in 0..=2 {
-            family.image(format!("{name}, {samples} samples, order {order}"), rendered.image(order), path.image(order));
-            for (block, pixels) in path.blocks(4).iter().enumerate() {
-                let label = format!("{name}, {samples} samples, order {order}, block {block}");
-                family.block(label, rendered.over(order, pixels), path.over(order, pixels));
-            }
-        }
+        compare(&mut family, &format!("{name}, {samples} samples"), &rendered, &path);
     }
     family.finish(0.3);
 }

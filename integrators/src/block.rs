@@ -171,7 +171,7 @@ mod tests {
             let mut seen = vec![0_u32; 37 * 18 * 6];
             for index in 0..blocks.count() {
                 let block = blocks.block(index);
-                for (x, y) in block.tile.y.clone().flat_map(|y| block.tile.x.clone().map(move |x| (x, y))) {
+                for (x, y) in block.tile.pixels() {
                     block.samples.clone().for_each(|s| seen[((y * 37 + x) * 6 + s) as usize] += 1);
                 }
             }
@@ -195,7 +195,7 @@ mod tests {
         let mut seen = vec![0_u32; 37 * 18 * 5];
         for block in (0..blocks.count()).map(|index| blocks.block(index)) {
             assert!(block.tile.x.start / TILE == (block.tile.x.end - 1) / TILE);
-            for (x, y) in block.tile.y.clone().flat_map(|y| block.tile.x.clone().map(move |x| (x, y))) {
+            for (x, y) in block.tile.pixels() {
                 block.samples.clone().for_each(|s| seen[((y * 37 + x) * 5 + s) as usize] += 1);
             }
         }

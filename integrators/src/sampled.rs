@@ -53,8 +53,7 @@ impl<E: Estimator> Integrator for Sampled<E> {
     }
 
     fn unsupported(&self, scene: &Scene) -> Option<String> {
-        let bodies = (!E::SUBSURFACE).then(|| bodies_in(scene)).flatten();
-        bodies.or_else(|| self.estimator.unsupported(scene))
+        unsupported_by(&self.estimator, scene)
     }
 
     fn unsupported_request(&self, request: &Request) -> Option<String> {
@@ -100,8 +99,14 @@ impl PixelSink for Witness<'_> {
     fn start_point(&mut self, _: Pixel, _: f32, _: f32) {}
 }
 
+/// Why an estimator cannot take samples of a scene, if so.
+pub(crate) fn unsupported_by<E: Estimator>(estimator: &E, scene: &Scene) -> Option<String> {
+    let bodies = (!E::SUBSURFACE).then(|| bodies_in(scene)).flatten();
+    bodies.or_else(|| estimator.unsupported(scene))
+}
+
 /// What a method that does not follow light through bodies says of a scene with some: which materials, and what to do.
-pub(crate) fn bodies_in(scene: &Scene) -> Option<String> {
+fn bodies_in(scene: &Scene) -> Option<String> {
     let names: Vec<String> = scene.bodies().map(|body| format!("`{}`", body.name)).collect();
     let (material, lets) = match names.len() {
         0 => return None,

@@ -42,7 +42,7 @@ use crate::measurement::Counters;
 use crate::parts::Part;
 use crate::path::Path;
 use crate::request::Request;
-use crate::sampled::{Witness, bodies_in};
+use crate::sampled::{Witness, unsupported_by};
 use crate::scratch::Scratch;
 use neighbours::Neighbours;
 use sampling::sampler::{Purpose, Sampler};
@@ -93,8 +93,7 @@ impl<S: Settings> Integrator for Sharing<S> {
     }
 
     fn unsupported(&self, scene: &Scene) -> Option<String> {
-        let bodies = (!self.carries_subsurface()).then(|| bodies_in(scene)).flatten();
-        bodies.or_else(|| self.settings.walks().unsupported(scene)).or_else(|| self.losing(scene))
+        unsupported_by(&self.settings.walks(), scene).or_else(|| self.losing(scene))
     }
 
     fn unsupported_request(&self, request: &Request) -> Option<String> {

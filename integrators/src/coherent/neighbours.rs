@@ -187,14 +187,18 @@ impl Neighbours {
     /// What a pixel sees, with its neighbours' weights in its shares.
     fn weighed(&self, at: (u32, u32)) -> Sight {
         // The pixel itself is one of those that are averaged; left to itself it has the mean of both images.
-        let scale = |around: f32| 1.0 / (1.0 + around.max(1.0));
-        let weighed = |part: &Part| Part { scale: scale(self.around(at, &part.surface)), ..*part };
+        let weighed = |part: &Part, around: f32| Part { scale: 1.0 / (1.0 + around.max(1.0)), ..*part };
+        let around = |part: &Part| self.around(at, &part.surface);
         match self.sight(at) {
             Sight::Alone => Sight::Alone,
-            Sight::Whole(part) => Sight::Whole(weighed(part)),
+            Sight::Whole(part) => Sight::Whole(weighed(part, around(part))),
             Sight::Split(parts) => {
-                let around: f32 = parts.iter().map(|part| part.share * self.around(at, &part.surface)).sum();
-                if around < FEWEST { Sight::Alone } else { Sight::Split(parts.iter().map(weighed).collect()) }
+                let arounds: Vec<f32> = parts.iter().map(around).collect();
+                let mean: f32 = parts.iter().zip(&arounds).map(|(part, around)| part.share * around).sum();
+                if mean < FEWEST {
+                    return Sight::Alone;
+                }
+                Sight::Split(parts.iter().zip(arounds).map(|(part, around)| weighed(part, around)).collect())
             }
         }
     }
@@ -295,21 +299,18 @@ impl Corners {
         let rows = range(y, self.height).map(|row| row * (self.width as usize + 1));
         let corners = rows.flat_map(|row| range(x, self.width).map(move |column| &self.seen[row + column]));
         let mut surfaces = Vec::new();
-        let (mut count, mut met) = (0, 0);
+        let mut count = 0;
         for seen in corners {
             count += 1;
             match seen {
                 Seen::Alone => return (Sight::Alone, 0),
                 Seen::Nothing => (),
-                Seen::Surface(surface) => {
-                    met += 1;
-                    surfaces.push(*surface);
-                }
+                Seen::Surface(surface) => surfaces.push(*surface),
             }
         }
         match surfaces[..] {
             [] => (Sight::Alone, 0),
-            [one, ..] if met == count && surfaces.iter().all(|other| other.likeness(&one) > 0.0) => {
+            [one, ..] if surfaces.len() == count && surfaces.iter().all(|other| other.likeness(&one) > 0.0) => {
                 (Sight::Whole(Part { surface: Surface::mean(&surfaces), share: 1.0, scale: 1.0 }), 0)
             }
             _ if scene.camera.filter().has_negative_lobes() => (Sight::Alone, 0),

@@ -82,7 +82,7 @@ fn regions_have_samples_of_their_own_and_the_same_mean() {
         for order in 0..=3 {
             let of = |m: &Measurement| {
                 let (mut mean, mut variance) = (0.0, 0.0);
-                for pixel in window.y.clone().flat_map(|y| window.x.clone().map(move |x| (y * 20 + x) as usize)) {
+                for pixel in window.pixels().map(|(x, y)| (y * 20 + x) as usize) {
                     for at in (pixel * m.layers.len() + order) * 3..(pixel * m.layers.len() + order) * 3 + 3 {
                         mean += m.mean[at];
                         variance += m.m2[at] / (f64::from(m.replicates) * f64::from(m.replicates - 1));

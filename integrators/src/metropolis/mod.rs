@@ -48,7 +48,7 @@ use crate::block::{Blocks, Window};
 use crate::contribution::{Sink, Technique};
 use crate::integrator::{Estimator, Integrator, Pass, Pixel, Replicate};
 use crate::request::{Orders, Request};
-use crate::sampled::bodies_in;
+use crate::sampled::unsupported_by;
 use crate::scratch::Scratch;
 use chain::Chains;
 use point::Space;
@@ -160,8 +160,7 @@ impl<E: Explored> Integrator for Metropolis<E> {
     }
 
     fn unsupported(&self, scene: &Scene) -> Option<String> {
-        let bodies = (!E::Base::SUBSURFACE).then(|| bodies_in(scene)).flatten();
-        bodies.or_else(|| self.explored.base().unsupported(scene))
+        unsupported_by(&self.explored.base(), scene)
     }
 
     fn unsupported_request(&self, request: &Request) -> Option<String> {
