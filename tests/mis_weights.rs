@@ -6,8 +6,11 @@
 
 mod learnt;
 mod merges;
+mod whole;
 
-use crate::support::{PathDensities, builtin, bumps, contributions, in_relief, lambert, room, shining, sky};
+use crate::support::{
+    PathDensities, builtin, bumps, contributions, in_relief, is_everyday, lambert, room, seed, shining, sky,
+};
 use glam::{DVec3, dvec2, dvec3};
 use integrators::bdpt::{Bdpt, Weighting};
 use integrators::connect::{EmitterEnd, PerStrategy, Strategies};
@@ -25,6 +28,7 @@ use scenes::{
     SceneBuilder, Skip, Spot, Tilt,
 };
 use std::num::NonZeroU16;
+use whole::Whole;
 
 const TOLERANCE: f64 = 2e-3;
 
@@ -62,230 +66,48 @@ impl Sink for Collect<'_> {
 fn paths(scene: &Scene, settings: &Bdpt, samples: u32) -> Vec<Found> {
     let learnt = settings.learnt.as_ref().map(|learnt| &learnt.0);
     let mut collect = Collect { found: Vec::new(), learnt };
-    contributions(scene, settings, 6, (StreamKey::new(11, "weights", Role::Estimate, 0), samples), &mut collect);
+    let key = StreamKey::new(10 + seed(), "weights", Role::Estimate, 0);
+    contributions(scene, settings, 6, (key, samples), &mut collect);
     collect.found
 }
 
-/// A path taken apart: what is needed to divide it anew.
-struct Whole<'a> {
-    scene: &'a Scene,
-    vertices: &'a [PathVertex],
-    emitter: EmitterId,
-    endpoint: Endpoint,
-    factors: &'a [f32],
-    settings: &'a Bdpt,
-    strategies: Strategies,
-}
-
-impl<'a> Whole<'a> {
-    fn new(scene: &'a Scene, found: &'a Found, settings: &'a Bdpt) -> Self {
-        let vertices = &found.vertices[..];
-        let factors = if settings.mis == Weighting::VarianceAware { &found.learnt[..] } else { &[] };
-        let (emitter, endpoint) = match &vertices[0].site {
-            Site::Emitter(emitter, endpoint) => (*emitter, *endpoint),
-            Site::Surface(hit) => (hit.emitter.unwrap(), scene.endpoint_of(hit)),
-            Site::Camera(_) => panic!("a path starts at an emitter"),
-        };
-        let strategies = settings.strategies(scene, &Request::new(Orders::up_to(6), false));
-        Self { scene, vertices, emitter, endpoint, factors, settings, strategies }
-    }
-
-    fn len(&self) -> usize {
-        self.vertices.len()
-    }
-
-    fn is_infinite(&self, i: usize) -> bool {
-        let camera = i == self.len() - 1 && self.scene.camera.rays() == Rays::Parallel;
-        camera || i == 0 && self.endpoint.kind.is_infinite()
-    }
-
-    /// Unit direction of flight from a vertex that is infinitely far.
-    fn flight(&self, i: usize) -> Vec3 {
-        if i == 0 { self.endpoint.at.ng } else { self.scene.camera.sample_we(Vec2::ZERO, Vec2::ZERO).ray.d }
-    }
-
-    /// Unit direction from vertex `i` to its neighbour `j`.
-    fn direction(&self, i: usize, j: usize) -> Vec3 {
-        if self.is_infinite(j) {
-            return -self.flight(j);
-        }
-        if self.is_infinite(i) {
-            return self.flight(i);
-        }
-        (self.vertices[j].at.p - self.vertices[i].at.p).normalize()
-    }
-
-    /// Density per solid angle at vertex `i` of going on to `to`, having come from `from`.
-    fn scattering(&self, i: usize, from: usize, to: usize, mode: TransportMode) -> f32 {
-        let vertex = &self.vertices[i];
-        let Site::Surface(hit) = &vertex.site else { panic!("vertex {i} scatters") };
-        let (wo, wi) = (self.direction(i, from), self.direction(i, to));
-        let pdf = if vertex.delta { delta_density(hit, wo, wi, mode) } else { hit.pdf(wo, wi, mode) };
-        pdf * self.strategies.camera.survival(hit)
-    }
-
-    fn density(&self, i: usize, pdf: f32, from: usize) -> f64 {
-        if self.is_infinite(i) {
-            return pdf as f64;
-        }
-        if self.is_infinite(from) {
-            return (pdf * self.vertices[i].at.ng.dot(self.flight(from)).abs()) as f64;
-        }
-        density_at(&self.vertices[i].at, pdf, self.vertices[from].at.p)
-    }
-
-    /// Density of vertex `i` from the light's end.
-    fn light_density(&self, i: usize) -> f64 {
-        match i {
-            0 => {
-                let (pdf_p, _) = self.scene.pdf_le(self.emitter, &self.endpoint, self.direction(0, 1));
-                (pdf_p * self.scene.emitter_pmf(self.emitter)) as f64
-            }
-            1 => {
-                let (_, pdf_d) = self.scene.pdf_le(self.emitter, &self.endpoint, self.direction(0, 1));
-                self.density(1, pdf_d, 0)
-            }
-            _ => self.density(i, self.scattering(i - 1, i - 2, i, TransportMode::Importance), i - 1),
+/// Looks at paths, with what weights may be off by: a path with a narrow corner in it, where rounding moves densities by a tenth, is left
+/// out, of which there may be few.
+fn for_every_path<'a>(scene: &'a Scene, settings: &'a Bdpt, samples: u32, mut look: impl FnMut(&Found, &Whole, f64)) {
+    let found = paths(scene, settings, samples);
+    let mut cornered = 0;
+    for path in &found {
+        let whole = Whole::new(scene, path, settings);
+        // A weight is moved by at most half of what its odds are, of which the power heuristic takes the square.
+        match whole.rounding() {
+            rounding if rounding < 0.1 => look(path, &whole, TOLERANCE + rounding),
+            _ => cornered += 1,
         }
     }
-
-    /// Density of vertex `i` from the camera's end.
-    fn camera_density(&self, i: usize) -> f64 {
-        let last = self.len() - 1;
-        if i == last {
-            return 1.0;
-        }
-        if i == last - 1 {
-            let (_, pdf) = self.scene.camera.pdf_we(&self.vertices[last].at, self.direction(last, i));
-            return self.density(i, pdf, last);
-        }
-        self.density(i, self.scattering(i + 1, i + 2, i, TransportMode::Radiance), i + 1)
-    }
-
-    /// The path as strategy `s` would have stored it.
-    fn divide(&self, s: usize) -> (Vec<PathVertex>, Vec<PathVertex>) {
-        let vertex = |i: usize, from: Option<usize>, fwd: f64, rev: f64| {
-            let mut vertex = self.vertices[i];
-            if i == 0 && s > 0 {
-                vertex.site = Site::Emitter(self.emitter, self.endpoint);
-                vertex.at = self.endpoint.at;
-            }
-            vertex.wo = from.map_or(Vec3::ZERO, |from| self.direction(i, from));
-            (vertex.pdf_fwd, vertex.pdf_rev) = (fwd, rev);
-            vertex.delta &= i > 0;
-            vertex
-        };
-        let light = |i: usize| {
-            let rev = if i + 2 < s { self.camera_density(i) } else { f64::NAN };
-            vertex(i, i.checked_sub(1), self.light_density(i), rev)
-        };
-        let camera = |i: usize| {
-            let rev = if i > s + 1 && i + 1 < self.len() { self.light_density(i) } else { f64::NAN };
-            vertex(i, Some(i + 1).filter(|&j| j < self.len()), self.camera_density(i), rev)
-        };
-        ((0..s).map(light).collect(), (s..self.len()).rev().map(camera).collect())
-    }
-
-    /// Whether by the balance heuristic the best of the others has nearly the weight of strategy `s`, or that nearly the best's.
-    fn nearly_tied(&self, s: usize) -> bool {
-        let weights: Vec<f64> = (0..self.len()).map(|i| self.weight_by(i, Heuristic::Balance).unwrap_or(0.0)).collect();
-        let best = (0..self.len()).filter(|&i| i != s).map(|i| weights[i]).fold(0.0, f64::max);
-        (best / weights[s]).ln().abs() < 0.05
-    }
-
-    /// The weight that strategy `s` would have, if it is possible.
-    fn weight(&self, s: usize) -> Option<f64> {
-        self.weight_by(s, self.settings.mis.heuristic())
-    }
-
-    fn weight_by(&self, s: usize, mis: Heuristic) -> Option<f64> {
-        let Strategies {
-            camera_connections,
-            emitter_to_camera,
-            light_paths,
-            light: light_rules,
-            camera: camera_rules,
-            ..
-        } = self.strategies;
-        let (light, camera) = self.divide(s);
-        let factors = self.factors.iter().copied().map(f64::from).collect();
-        let mut densities =
-            PathDensities { camera_connections, emitter_to_camera, light_paths, factors, ..PathDensities::default() };
-        let end = EmitterEnd { emitter: self.emitter, endpoint: self.endpoint };
-        if s == 0 {
-            densities.set_emission(self.scene, &camera, &end);
-        } else {
-            let next_event = end.next_event_density(self.scene, &self.vertices[1].at);
-            densities.set_connected(self.scene, (&light_rules, &camera_rules), &light, &camera, next_event);
-        }
-        let hittable = !self.endpoint.kind.is_delta();
-        let connectable = |i: usize| !self.vertices[i].delta;
-        let possible = match s {
-            0 => hittable,
-            1 if self.len() == 2 => emitter_to_camera && hittable,
-            s if s == self.len() - 1 && !camera_connections => false,
-            _ => connectable(s - 1) && connectable(s),
-        };
-        possible.then(|| densities.weight(s, mis))
-    }
-}
-
-/// A delta lobe's density in the measure that scattering preserves, from the equations alone.
-fn delta_density(hit: &Interaction, wo: Vec3, wi: Vec3, mode: TransportMode) -> f32 {
-    let (normal, probability) = face(hit, wo, wi, mode);
-    let (cos_o, cos_i) = (wo.dot(normal), wi.dot(normal));
-    let density = match hit.bsdf {
-        Bsdf::Mirror(_) => cos_i.abs(),
-        Bsdf::Dielectric(glass) => {
-            let eta = if cos_o > 0.0 { glass.eta } else { 1.0 / glass.eta };
-            let reflected = fresnel_dielectric(cos_o.abs(), eta).reflected;
-            if cos_o * cos_i > 0.0 { reflected * cos_i.abs() } else { (1.0 - reflected) * eta * eta * cos_i.abs() }
-        }
-        other => panic!("{} has no delta lobe", other.name()),
-    };
-    density * probability
-}
-
-/// The normal that light scatters about, and the probability with which a walk in this mode takes it.
-fn face(hit: &Interaction, wo: Vec3, wi: Vec3, mode: TransportMode) -> (Vec3, f32) {
-    let Normals::Tilted(Tilt { normal, remedies }) = hit.normals else { return (hit.ns(), 1.0) };
-    let mapped = hit.frame.to_world(normal);
-    let turned = hit.frame.to_world(vec3(-normal.x, -normal.y, normal.z));
-    let level = |w: Vec3, n: Vec3| w.dot(n) * w.dot(hit.ns()) > 0.0;
-    let viewer = if mode == TransportMode::Radiance { wo } else { wi };
-    let is_mapped = !remedies.turning || level(viewer, mapped);
-    let share = match (level(wo, mapped), level(wo, turned)) {
-        _ if mode == TransportMode::Radiance || !remedies.turning => 1.0,
-        (true, true) => {
-            let [one, two] = [1.0 + normal.z, (1.0 - normal.z) * (1.0 + 2.0 * normal.z)];
-            (if is_mapped { one } else { two }) / (one + two)
-        }
-        _ => 1.0,
-    };
-    (if is_mapped { mapped } else { turned }, share)
+    assert!(50 * cornered <= found.len(), "{}: {cornered} of {} paths have narrow corners", scene.name, found.len());
 }
 
 fn check(scene: &Scene, settings: &Bdpt, samples: u32) {
-    let found = paths(scene, settings, samples);
     let mut per_length = vec![0; 16];
-    for path in &found {
-        let whole = Whole::new(scene, path, settings);
+    for_every_path(scene, settings, samples, |path, whole, tolerance| {
         let Technique::Connect { s, .. } = path.technique else { panic!("bdpt connects") };
         let weights: Vec<Option<f64>> = (0..whole.len()).map(|s| whole.weight(s)).collect();
         let sum: f64 = weights.iter().flatten().sum();
         let share = weights[s as usize].expect("the strategy that made a path can make it");
         // Which of nearly equal densities is the highest is decided by rounding.
-        let own_share = (share - path.weight).abs() < TOLERANCE
+        let own_share = (share - path.weight).abs() < tolerance
             || settings.mis == Heuristic::Maximum.into() && whole.nearly_tied(s as usize);
         let ok = (sum - 1.0).abs() < TOLERANCE && own_share;
         assert!(
             ok,
-            "{}, {:?}, {settings:?}: weight {}, by strategy {weights:?}, sum {sum}",
+            "{}, {:?}, {settings:?}: weight {}, by strategy {weights:?}, sum {sum}, tolerance {tolerance}",
             scene.name, path.technique, path.weight
         );
         per_length[whole.len()] += 1;
-    }
-    assert!(per_length[3..7].iter().all(|&n| n > 0), "{}: paths by length {per_length:?}", scene.name);
+    });
+    // Under other seeds there may be none of the longest.
+    let longest = if is_everyday() { 7 } else { 5 };
+    assert!(per_length[3..longest].iter().all(|&n| n > 0), "{}: paths by length {per_length:?}", scene.name);
 }
 
 #[test]

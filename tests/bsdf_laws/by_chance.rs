@@ -12,7 +12,9 @@ const FALSE_ALARM: f64 = 1e-3;
 
 /// Samples of a test; those that shape its cells are others.
 const SAMPLES: u32 = 1 << 16;
+/// So many shape the cells, and so many where these have to be looked at again.
 const PILOTS: u32 = 1 << 10;
+const PILOTS_IN_DOUBT: u32 = 1 << 14;
 
 /// The absolute error of a cell's quadrature, small against the standard error of its share of the samples, 4·10⁻⁴.
 const TOLERANCE: f64 = 4e-6;
@@ -35,7 +37,8 @@ struct Trial {
 }
 
 impl Trial {
-    fn new(model: &Bsdf, name: &str, case: usize, wo: Vec3) -> Self {
+    /// With so many pilots at least.
+    fn new(model: &Bsdf, name: &str, (case, count): (usize, u32), wo: Vec3) -> Self {
         let mode = TransportMode::Radiance;
         let (mut pilots, mut draws) = (Draws::new("pilot"), Draws::new("chi2"));
         let sample = |(uc, u): (f32, Vec2)| model.sample(wo, uc, u, mode);
@@ -44,7 +47,7 @@ impl Trial {
         let diffuse = Lobes::DIFFUSE_REFLECTION | Lobes::DIFFUSE_TRANSMISSION;
         let both = model.lobes().intersects(diffuse) && model.lobes().intersects(glossy);
         let crowd = if both { 4 } else { 1 };
-        let pilots = (0..crowd * PILOTS).filter_map(|i| Some((i, sample(pilots.at(case, i))?)));
+        let pilots = (0..crowd * count).filter_map(|i| Some((i, sample(pilots.at(case, i))?)));
         let pilots = pilots.filter(|(i, s)| !s.lobe.is_delta() && (i % crowd == 0 || glossy.contains(s.lobe)));
         let cells = Cells::by_samples(pilots.map(|(_, s)| s.wi), 6);
         let mut counts = vec![0_u32; cells.len()];
@@ -132,17 +135,17 @@ impl Trial {
 #[test]
 fn samples_have_their_density_and_their_value() {
     let wos = [(1.0, 0.0), (0.9, 1.0), (0.5, 4.0), (0.1, 2.2), (1e-3, 0.3), (-0.7, 0.8), (-0.2, 5.0)];
-    let mut trials = Vec::new();
+    let mut subjects = Vec::new();
     for (name, model) in listed() {
-        for (cos, phi) in wos {
-            let wo = direction(cos, phi);
-            if is_resolved(&model, wo) {
-                trials.push(Trial::new(&model, name, trials.len(), wo));
-            }
-        }
+        let wos = wos.map(|(cos, phi)| direction(cos, phi)).into_iter().filter(|&wo| is_resolved(&model, wo, 0.1));
+        subjects.extend(wos.map(|wo| (name, model, wo)));
     }
-    let level = level(2 * trials.len());
-    for trial in &trials {
+    let level = level(2 * subjects.len());
+    for (case, (name, model, wo)) in subjects.into_iter().enumerate() {
+        let trial = |pilots: u32| Trial::new(&model, name, (case, pilots), wo);
+        // The flank of a narrow lobe that no pilot met may pass between the nodes. More of them find it; samples stay the same.
+        let doubtful = |trial: &Trial| trial.chi2_p() <= level || trial.albedo_p().1 <= level;
+        let trial = Some(trial(PILOTS)).filter(|first| !doubtful(first)).unwrap_or_else(|| trial(PILOTS_IN_DOUBT));
         let p = trial.chi2_p();
         let (z, z_p) = trial.albedo_p();
         println!("{p:8.1e} {z:+6.2} mass {:.6} albedo {:.6}: {}", trial.density, trial.albedo, trial.what);

@@ -50,8 +50,7 @@ fn weights_sum_to_one_with_any_controls() {
 
 fn check_controls(scene: &Scene, settings: &Bdpt) {
     let mut moved = 0;
-    for path in &paths(scene, settings, 4) {
-        let whole = Whole::new(scene, path, settings);
+    for_every_path(scene, settings, 4, |path, whole, tolerance| {
         let Technique::Connect { s, .. } = path.technique else { panic!("bdpt connects") };
         let s = usize::from(s);
         let shares: Vec<f64> =
@@ -60,7 +59,7 @@ fn check_controls(scene: &Scene, settings: &Bdpt) {
         let mean: f64 = shares.iter().zip(&alpha).map(|(share, alpha)| share * alpha).sum();
         let expected = shares[s] + (alpha[s] - mean) / path.luminance;
         // What rounding leaves of shares is multiplied by α over what the path contributes.
-        let tolerance = TOLERANCE * (1.0 + 1.0 / path.luminance);
+        let tolerance = tolerance * (1.0 + 1.0 / path.luminance);
         assert!(
             (path.weight - expected).abs() < tolerance,
             "{}, {:?}: {}, not {expected}: shares {shares:?}, α {alpha:?}",
@@ -69,6 +68,6 @@ fn check_controls(scene: &Scene, settings: &Bdpt) {
             path.weight
         );
         moved += usize::from((path.weight - shares[s]).abs() > 10.0 * tolerance);
-    }
+    });
     assert!(moved > 20, "{}: only {moved} weights are another's than the balance heuristic's", scene.name);
 }
