@@ -30,7 +30,7 @@ use scenes::{
 use std::num::NonZeroU16;
 use whole::Whole;
 
-const TOLERANCE: f64 = 2e-3;
+const TOLERANCE: f64 = 2e-4;
 
 /// A path as it was found, its vertices from the emitter to the camera.
 struct Found {
@@ -232,6 +232,7 @@ fn weights_sum_to_one_under_every_camera() {
             for emitter_to_camera in [false, true] {
                 check(&scene, &Bdpt { emitter_to_camera, ..Bdpt::default() }, 2);
             }
+            check(&scene, &Bdpt { camera_connections: false, ..Bdpt::default() }, 2);
         }
     }
 }
