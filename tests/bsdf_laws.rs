@@ -17,6 +17,7 @@ use sampling::bsdf::{Bsdf, BsdfSample, Lobes, TransportMode};
 use sampling::sampler::{Purpose, Role, Sampler, SamplerKind, StreamKey};
 use sampling::warp::uniform_sphere;
 use sampling::{Spectrum, Vec2, Vec3, vec2, vec3};
+use std::f32::consts::FRAC_PI_4;
 use std::fmt;
 
 const KINDS: [Lobes; 6] = [
@@ -75,6 +76,23 @@ fn test_directions() -> Vec<Vec3> {
 
 /// Numbers in the middle, at, and next to the borders of the unit interval.
 const BORDERS: [f32; 5] = [0.0, 5.960_464_5e-8, 0.5, 0.73, 1.0_f32.next_down()];
+
+/// Where the hemisphere is sampled opposite to a direction, just above the horizon: the numbers that [Shirley97]'s map of the square
+/// to the disk, on which the hemisphere stands, leads there. None for the normal.
+fn leading_to_the_opposite(w: Vec3) -> Vec<Vec2> {
+    let (x, y) = (-w.x, -w.y);
+    let of_radius = |r: f32| {
+        let (a, b) = if x.abs() > y.abs() {
+            let a = r.copysign(x);
+            (a, a * (y / x).atan() / FRAC_PI_4)
+        } else {
+            let b = r.copysign(y);
+            (b * (x / y).atan() / FRAC_PI_4, b)
+        };
+        vec2(0.5 * (a + 1.0), 0.5 * (b + 1.0))
+    };
+    if x == 0.0 && y == 0.0 { Vec::new() } else { [1e-3, 1e-4, 1e-5, 1e-6].map(|inner| of_radius(1.0 - inner)).into() }
+}
 
 /// Directions on the same side whose components differ by a unit of rounding: of the component, or of a number near 1.
 fn neighbours(w: Vec3, unit: fn(f32) -> f32) -> impl Iterator<Item = Vec3> {
@@ -155,7 +173,8 @@ fn for_every_sample(law: &str, check: impl Fn(&Bsdf, Vec3, TransportMode, BsdfSa
             let at_borders = BORDERS
                 .iter()
                 .flat_map(|&uc| BORDERS.iter().flat_map(move |&x| BORDERS.iter().map(move |&y| (uc, vec2(x, y)))));
-            for (uc, u) in at_random.into_iter().chain(at_borders) {
+            let opposite = leading_to_the_opposite(wo).into_iter().flat_map(|u| BORDERS.map(|uc| (uc, u)));
+            for (uc, u) in at_random.into_iter().chain(at_borders).chain(opposite) {
                 for &mode in TransportMode::ALL {
                     if let Some(sample) = model.sample(wo, uc, u, mode) {
                         let what = format_args!("{name} {model:?}, wo {wo:?}, {mode:?}, {sample:?}");

@@ -307,24 +307,25 @@ impl BsdfModel for Principled {
         let above = wo.with_z(wo.z.abs());
         let choice = self.choice(above.z);
         let below_glass = choice.diffuse + choice.clearcoat + choice.specular;
-        let (m, wi, lobe) = if uc < choice.diffuse {
+        let (m, o_m, wi, lobe) = if uc < choice.diffuse {
             let wi = cosine_hemisphere(u);
-            ((above + wi).normalize(), wi, Lobes::DIFFUSE_REFLECTION)
+            let Half { m, cos } = Half::of(above, wi)?;
+            (m, cos, wi, Lobes::DIFFUSE_REFLECTION)
         } else if uc < choice.diffuse + choice.clearcoat {
             let m = sample_gtr1(self.clearcoat_alpha, u);
-            (m, reflect(above, m), Lobes::GLOSSY_REFLECTION)
+            (m, above.dot(m), reflect(above, m), Lobes::GLOSSY_REFLECTION)
         } else {
             let m = self.ggx.sample_visible(above, u);
-            let dielectric = fresnel_dielectric(above.dot(m).clamp(0.0, 1.0), self.eta);
+            let o_m = above.dot(m);
+            let dielectric = fresnel_dielectric(o_m.clamp(0.0, 1.0), self.eta);
             let refracts = uc >= below_glass + choice.glass * dielectric.reflected;
             // Rounding of the sum must not refract what cannot be.
             if refracts && choice.glass * dielectric.transmitted > 0.0 {
                 // The same normal as here refracts.
                 return self.sample_glass(wo, 1.0, u, choice.glass, mode);
             }
-            (m, reflect(above, m), Lobes::GLOSSY_REFLECTION)
+            (m, o_m, reflect(above, m), Lobes::GLOSSY_REFLECTION)
         };
-        let o_m = above.dot(m);
         if wi.z <= 0.0 || o_m <= 0.0 {
             return None;
         }

@@ -153,15 +153,15 @@ impl BsdfModel for RoughPlastic {
         // The surface is its own mirror image, so work above it and come back.
         let above = wo.with_z(wo.z.abs());
         let t_o = self.transmittance(above);
-        let (m, wi, lobe) = if uc < self.coat_pmf(t_o) {
+        let (m, o_m, wi, lobe) = if uc < self.coat_pmf(t_o) {
             let rest = (uc / self.coat_pmf(t_o)).min(1.0_f32.next_down());
             let m = by_distribution!(&self.coat.facets, facets => facets.sample(above, facets.area(above), rest, u)).0;
-            (m, reflect(above, m), Lobes::GLOSSY_REFLECTION)
+            (m, above.dot(m), reflect(above, m), Lobes::GLOSSY_REFLECTION)
         } else {
             let wi = cosine_hemisphere(u);
-            ((above + wi).normalize(), wi, Lobes::DIFFUSE_REFLECTION)
+            let Half { m, cos } = Half::of(above, wi)?;
+            (m, cos, wi, Lobes::DIFFUSE_REFLECTION)
         };
-        let o_m = above.dot(m);
         if wi.z <= 0.0 || o_m <= 0.0 {
             return None;
         }
