@@ -37,7 +37,7 @@ struct Trial {
 }
 
 impl Trial {
-    /// With so many pilots at least.
+    /// The case decides its random numbers, the number of pilots how fine its cells are.
     fn new(model: &Bsdf, name: &str, (case, count): (usize, u32), wo: Vec3) -> Self {
         let mode = TransportMode::Radiance;
         let (mut pilots, mut draws) = (Draws::new("pilot"), Draws::new("chi2"));
@@ -93,7 +93,8 @@ impl Trial {
         Self { what: format!("{name} {model:?}, wo {wo:?}"), bins, density, weights, albedo }
     }
 
-    /// The probability of counts at least as far from what is expected, by χ²; bins that expect fewer than 10 are pooled.
+    /// The probability of counts at least as far from what is expected, by χ²; bins that expect fewer than 10 are pooled. 0 where many
+    /// samples are where none belong.
     fn chi2_p(&self) -> f64 {
         let (mut chi2, mut bins) = (0.0, 0);
         let mut pooled = (0.0, 0.0);
@@ -107,13 +108,9 @@ impl Trial {
         }
         // What is expected nowhere near may be a rounding below zero; a count there is judged by the pool alone.
         let slack = f64::from(SAMPLES) * TOLERANCE * self.bins.len() as f64;
-        assert!(
-            pooled.0 <= 60.0 + 2.0 * pooled.1.max(0.0) + slack,
-            "{} samples where {} belong: {}",
-            pooled.0,
-            pooled.1,
-            self.what
-        );
+        if pooled.0 > 60.0 + 2.0 * pooled.1.max(0.0) + slack {
+            return 0.0;
+        }
         if pooled.1 >= 10.0 {
             chi2 += (pooled.0 - pooled.1).powi(2) / pooled.1;
             bins += 1;
@@ -122,6 +119,27 @@ impl Trial {
             return 1.0;
         }
         ChiSquared::new(f64::from(bins - 1)).expect("at least one degree of freedom").sf(chi2)
+    }
+
+    /// What is wrong with it, if anything is, at this level of each of its two tests.
+    fn fault(&self, level: f64) -> Option<String> {
+        let (p, (z, z_p)) = (self.chi2_p(), self.albedo_p());
+        // Written so that what is no number is wrong.
+        let [possible, counted, weighed] = [self.density <= 1.0 + 5e-4, p > level, z_p > level];
+        if !possible {
+            Some(format!("density {}", self.density))
+        } else if !counted {
+            Some(format!("χ²: p = {p:e} is not above {level:e}"))
+        } else if !weighed {
+            Some(format!("mean weight {} is {z} standard errors off ∫ f cos = {}", self.weights.mean, self.albedo))
+        } else {
+            None
+        }
+    }
+
+    fn line(&self) -> String {
+        let (p, (z, _)) = (self.chi2_p(), self.albedo_p());
+        format!("{p:8.1e} {z:+6.2} mass {:.6} albedo {:.6}: {}", self.density, self.albedo, self.what)
     }
 
     /// The difference between the mean weight and the integral in standard errors, and its two-sided probability.
@@ -141,22 +159,18 @@ fn samples_have_their_density_and_their_value() {
         subjects.extend(wos.map(|wo| (name, model, wo)));
     }
     let level = level(2 * subjects.len());
+    let mut doubtful = 0;
     for (case, (name, model, wo)) in subjects.into_iter().enumerate() {
         let trial = |pilots: u32| Trial::new(&model, name, (case, pilots), wo);
+        let first = trial(PILOTS);
+        println!("{}", first.line());
         // The flank of a narrow lobe that no pilot met may pass between the nodes. More of them find it; samples stay the same.
-        let doubtful = |trial: &Trial| trial.chi2_p() <= level || trial.albedo_p().1 <= level;
-        let trial = Some(trial(PILOTS)).filter(|first| !doubtful(first)).unwrap_or_else(|| trial(PILOTS_IN_DOUBT));
-        let p = trial.chi2_p();
-        let (z, z_p) = trial.albedo_p();
-        println!("{p:8.1e} {z:+6.2} mass {:.6} albedo {:.6}: {}", trial.density, trial.albedo, trial.what);
-        assert!(trial.density <= 1.0 + 5e-4, "density {}: {}", trial.density, trial.what);
-        assert!(p > level, "χ²: p = {p:e} < {level:e}: {}", trial.what);
-        assert!(
-            z_p > level,
-            "mean weight {} against ∫ f cos = {}: {z} standard errors: {}",
-            trial.weights.mean,
-            trial.albedo,
-            trial.what
-        );
+        if let Some(fault) = first.fault(level) {
+            let second = trial(PILOTS_IN_DOUBT);
+            println!("{fault}, so looked at again: {}", second.line());
+            assert_eq!(second.fault(level), None, "{}", second.line());
+            doubtful += 1;
+        }
     }
+    assert!(doubtful <= 3, "{doubtful} had to be looked at again");
 }

@@ -50,7 +50,7 @@ fn weights_sum_to_one_with_any_controls() {
 
 fn check_controls(scene: &Scene, settings: &Bdpt) {
     let mut moved = 0;
-    for_every_path(scene, settings, 4, |path, whole, tolerance| {
+    for_every_path(scene, settings, 4, |path, whole, rounding| {
         let Technique::Connect { s, .. } = path.technique else { panic!("bdpt connects") };
         let s = usize::from(s);
         let shares: Vec<f64> =
@@ -59,7 +59,7 @@ fn check_controls(scene: &Scene, settings: &Bdpt) {
         let mean: f64 = shares.iter().zip(&alpha).map(|(share, alpha)| share * alpha).sum();
         let expected = shares[s] + (alpha[s] - mean) / path.luminance;
         // What rounding leaves of shares is multiplied by α over what the path contributes.
-        let tolerance = tolerance * (1.0 + 1.0 / path.luminance);
+        let tolerance = (TOLERANCE + rounding) * (1.0 + 1.0 / path.luminance);
         assert!(
             (path.weight - expected).abs() < tolerance,
             "{}, {:?}: {}, not {expected}: shares {shares:?}, α {alpha:?}",

@@ -37,7 +37,7 @@ impl<'a> Whole<'a> {
 
     /// By how much of themselves the densities of all vertices together may be off here, where directions are worked out of points:
     /// these are rounded, rays start beside them, and what that turns a direction by is divided by the cosine where it is grazing.
-    /// NaN where two points are one.
+    /// Without what narrow lobes make of it. NaN where two points are one.
     pub fn rounding(&self) -> f64 {
         let cosine = |i: usize, w: Vec3| match &self.vertices[i].site {
             _ if self.is_infinite(i) => 1.0,
@@ -146,11 +146,12 @@ impl<'a> Whole<'a> {
         ((0..s).map(light).collect(), (s..self.len()).rev().map(camera).collect())
     }
 
-    /// Whether by the balance heuristic the best of the others has nearly the weight of strategy `s`, or that nearly the best's.
-    pub fn nearly_tied(&self, s: usize) -> bool {
+    /// Whether by the balance heuristic the best of the others has nearly the weight of strategy `s`, or that nearly the best's, where
+    /// densities are off by a part of themselves.
+    pub fn nearly_tied(&self, s: usize, off: f64) -> bool {
         let weights: Vec<f64> = (0..self.len()).map(|i| self.weight_by(i, Heuristic::Balance).unwrap_or(0.0)).collect();
         let best = (0..self.len()).filter(|&i| i != s).map(|i| weights[i]).fold(0.0, f64::max);
-        (best / weights[s]).ln().abs() < 0.05
+        (best / weights[s]).ln().abs() < 0.05 + 2.0 * off
     }
 
     /// The weight that strategy `s` would have, if it is possible.
