@@ -137,8 +137,8 @@ fn is_resolved(model: &Bsdf, wo: Vec3, part: f32) -> bool {
     errors.sort_unstable_by(f32::total_cmp);
     let resolved = errors.get(errors.len() * 9 / 10).is_none_or(|error| *error < part);
     // The half vector moves by ε / (2 cos θ) with either direction, and the logarithm of a lobe of width α by 2 · 1.5 / α times as much
-    // where the outermost tenth of its samples is: by 3 ε / (α cos θ) for both, with the narrowest lobe of all that are listed. That is of
-    // what reflects; what refracts moves less, unless its index is close to 1.
+    // where the outermost tenth of its samples is: by 3 ε / (α cos θ) for both, with the narrowest lobe of all that are listed. By what
+    // refracts that is 0.018 at any cosine, where the index is 1.5.
     let grazing = 3.0 * f32::EPSILON / (Ggx::MIN_ALPHA * part);
     assert!(resolved || wo.z.abs() < grazing, "not resolved at {wo:?}, which is not grazing: {model:?}");
     resolved
