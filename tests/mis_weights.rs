@@ -8,23 +8,18 @@ mod learnt;
 mod merges;
 mod whole;
 
-use crate::support::{PathDensities, builtin, bumps, contributions, in_relief, lambert, room, seed, shining, sky};
+use crate::support::{builtin, bumps, contributions, in_relief, lambert, room, seed, shining, sky};
 use glam::{DVec3, dvec2, dvec3};
-use integrators::bdpt::{Bdpt, Weighting};
-use integrators::connect::{EmitterEnd, PerStrategy, Strategies};
+use integrators::bdpt::Bdpt;
+use integrators::connect::PerStrategy;
 use integrators::roulette::SubpathRoulette;
-use integrators::vertex::{PathVertex, Site, density_at};
-use integrators::{Contribution, Orders, Request, Sink, Technique, Wants};
-use sampling::bsdf::{Bsdf, RoughConductor, RoughDielectric, TransportMode, fresnel_dielectric};
+use integrators::vertex::PathVertex;
+use integrators::{Contribution, Sink, Technique, Wants};
+use sampling::bsdf::{Bsdf, RoughConductor, RoughDielectric};
 use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
 use sampling::sampler::{Role, StreamKey};
-use sampling::{Vec2, Vec3, vec3};
-use scenes::interaction::Normals;
-use scenes::{
-    CameraSettings, EmitterId, Endpoint, Falloff, Interaction, Mapping, Projection, Rays, Remedies, Scene,
-    SceneBuilder, Skip, Spot, Tilt,
-};
+use scenes::{CameraSettings, Falloff, Mapping, Projection, Remedies, Scene, SceneBuilder, Skip, Spot};
 use std::num::NonZeroU16;
 use whole::Whole;
 

@@ -38,16 +38,16 @@ struct Trial {
 
 impl Trial {
     /// The case decides its random numbers, the number of pilots how fine its cells are.
-    fn new(model: &Bsdf, name: &str, (case, count): (usize, u32), wo: Vec3) -> Self {
+    fn new(model: &Bsdf, name: &str, wo: Vec3, case: usize, pilots: u32) -> Self {
         let mode = TransportMode::Radiance;
-        let (mut pilots, mut draws) = (Draws::new("pilot"), Draws::new("chi2"));
+        let (mut pilot_draws, mut draws) = (Draws::new("pilot"), Draws::new("chi2"));
         let sample = |(uc, u): (f32, Vec2)| model.sample(wo, uc, u, mode);
         // A narrow lobe beside a diffuse one gets its share of cells: most diffuse pilots are left out.
         let glossy = Lobes::GLOSSY_REFLECTION | Lobes::GLOSSY_TRANSMISSION;
         let diffuse = Lobes::DIFFUSE_REFLECTION | Lobes::DIFFUSE_TRANSMISSION;
         let both = model.lobes().intersects(diffuse) && model.lobes().intersects(glossy);
         let crowd = if both { 4 } else { 1 };
-        let pilots = (0..crowd * count).filter_map(|i| Some((i, sample(pilots.at(case, i))?)));
+        let pilots = (0..crowd * pilots).filter_map(|i| Some((i, sample(pilot_draws.at(case, i))?)));
         let pilots = pilots.filter(|(i, s)| !s.lobe.is_delta() && (i % crowd == 0 || glossy.contains(s.lobe)));
         let cells = Cells::by_samples(pilots.map(|(_, s)| s.wi), 6);
         let mut counts = vec![0_u32; cells.len()];
@@ -161,7 +161,7 @@ fn samples_have_their_density_and_their_value() {
     let level = level(2 * subjects.len());
     let mut doubtful = 0;
     for (case, (name, model, wo)) in subjects.into_iter().enumerate() {
-        let trial = |pilots: u32| Trial::new(&model, name, (case, pilots), wo);
+        let trial = |pilots: u32| Trial::new(&model, name, wo, case, pilots);
         let first = trial(PILOTS);
         println!("{}", first.line());
         // The flank of a narrow lobe that no pilot met may pass between the nodes. More of them find it; samples stay the same.

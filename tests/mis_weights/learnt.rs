@@ -2,6 +2,7 @@
 
 use super::*;
 use integrators::Counters;
+use integrators::bdpt::Weighting;
 use sampling::rng::Stream;
 use std::sync::Arc;
 

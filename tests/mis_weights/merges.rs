@@ -1,6 +1,7 @@
 //! The weights of merges beside those of connections.
 
 use super::*;
+use integrators::connect::{EmitterEnd, Strategies};
 
 /// Weights of all that could have made a path, by connecting or by merging at each of its vertices.
 fn with_merges(whole: &Whole, merging: f64) -> (f64, usize) {

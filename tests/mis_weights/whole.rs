@@ -1,6 +1,16 @@
 //! A path's densities, worked out anew from its vertices alone.
 
-use super::*;
+use super::Found;
+use crate::support::PathDensities;
+use integrators::bdpt::{Bdpt, Weighting};
+use integrators::connect::{EmitterEnd, Strategies};
+use integrators::vertex::{PathVertex, Site, density_at};
+use integrators::{Orders, Request};
+use sampling::bsdf::{Bsdf, TransportMode, fresnel_dielectric};
+use sampling::mis::Heuristic;
+use sampling::{Vec2, Vec3, vec3};
+use scenes::interaction::Normals;
+use scenes::{EmitterId, Endpoint, Interaction, Rays, Scene, Tilt};
 
 /// A path taken apart: what is needed to divide it anew.
 pub struct Whole<'a> {
@@ -8,8 +18,8 @@ pub struct Whole<'a> {
     pub vertices: &'a [PathVertex],
     pub emitter: EmitterId,
     pub endpoint: Endpoint,
-    pub factors: &'a [f32],
-    pub settings: &'a Bdpt,
+    factors: &'a [f32],
+    settings: &'a Bdpt,
     pub strategies: Strategies,
 }
 
