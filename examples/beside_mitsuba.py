@@ -209,7 +209,7 @@ def samples_for(contender, seconds):
 
 
 def neumann_contenders(file, folder):
-    methods = [["path"], ["coherent"], ["coherent_bdpt"], ["coherent_bdpt", "own_samples=path"], ["light"], ["bdpt"], ["composite"]]
+    methods = [["path"], ["adaptive"], ["coherent"], ["coherent_bdpt"], ["coherent_bdpt", "own_samples=path"], ["light"], ["bdpt"], ["adaptive_bdpt"], ["composite"]]
     return [Neumann(file, folder, method, "sobol", *settings) for method, *settings in methods]
 
 

@@ -1,7 +1,7 @@
 //! Crops change no pixel: a part of an image has the bits that it has in the whole, under several filters, samplers and
 //! methods.
 
-use crate::support::{ALL, builtin, plain};
+use crate::support::{ALL, builtin, plain, with_pilot};
 use integrators::{Measurement, Orders, Render, RenderSettings, Window};
 use sampling::filter::Filter;
 use sampling::sampler::{Role, SamplerKind};
@@ -14,7 +14,7 @@ fn rendered(scene: &Scene, name: &str, sampler: SamplerKind, window: Window) -> 
     let settings = RenderSettings {
         orders: Orders::up_to(2),
         tail: false,
-        samples_per_replicate: 6,
+        samples_per_replicate: with_pilot(name, 6),
         seed: 3,
         sampler,
         instance: name.to_owned(),
@@ -36,9 +36,18 @@ fn a_crop_has_the_bits_of_the_whole_image() {
     ] {
         let mut scene = builtin("cornell_box", SIZE);
         scene.camera.set_filter(filter);
-        for name in
-            ALL.into_iter().chain(["composite", "coherent", "coherent_bdpt", "guided", "vcm", "ppm", "pssmlt", "mmlt"])
-        {
+        for name in ALL.into_iter().chain([
+            "composite",
+            "adaptive",
+            "adaptive_bdpt",
+            "coherent",
+            "coherent_bdpt",
+            "guided",
+            "vcm",
+            "ppm",
+            "pssmlt",
+            "mmlt",
+        ]) {
             let whole = rendered(&scene, name, sampler, Window::whole(SIZE, SIZE));
             for (x, y) in windows.clone() {
                 let window = Window { x, y };

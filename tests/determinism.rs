@@ -1,6 +1,6 @@
 //! The same seed gives the same bits, whatever the number of threads and however the replicates are run.
 
-use crate::support::{builtin, method, method_with};
+use crate::support::{builtin, method, method_with, with_pilot};
 use integrators::{Measurement, Orders, Render, RenderSettings};
 use sampling::sampler::{Role, SamplerKind};
 use serde_json::json;
@@ -38,7 +38,8 @@ fn bits(m: &Measurement) -> Vec<u64> {
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
     let scene = builtin("cornell_box", 40);
-    let by_default = ["direct", "path", "guided", "coherent", "coherent_bdpt", "light", "bdpt"];
+    let by_default =
+        ["direct", "path", "adaptive", "guided", "coherent", "adaptive_bdpt", "coherent_bdpt", "light", "bdpt"];
     let by_default = by_default.map(|name| (name, json!({})));
     let piloted = [
         ("bdpt", json!({"mis": "variance_aware"})),
@@ -61,7 +62,8 @@ fn any_number_of_threads_gives_the_same_bits() {
                 let method = method_with(name, settings_of.clone());
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 pool.install(|| {
-                    let mut render = Render::new(&scene, method.as_ref(), settings(6, sampler, name)).unwrap();
+                    let mut render =
+                        Render::new(&scene, method.as_ref(), settings(with_pilot(name, 6), sampler, name)).unwrap();
                     (0..3).for_each(|_| render.run_replicate(&|_| {}));
                     bits(&render.finish())
                 })

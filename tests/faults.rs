@@ -82,6 +82,8 @@ const FAULTS: &[(&str, &str)] = &[
     ("camera_connections_left_out_of_the_sum", "mis_weights::weights_of_all_strategies_sum_to_one"),
     ("camera_connections_that_are_not_made_counted", "mis_weights::weights_of_all_strategies_sum_to_one"),
     ("guide_left_out_of_weights", "guided::diffuse_rooms"),
+    ("samples_of_a_pixel_taken_for_all", "adaptive::samples_are_many_where_they_are_wanted_and_few_elsewhere"),
+    ("splats_of_fewer_samples_taken_for_all", "adaptive::samples_are_many_where_they_are_wanted_and_few_elsewhere"),
     ("samples_of_a_source_taken_for_all", "coherent::diffuse_rooms"),
     ("own_samples_at_places_of_their_own", "coherent::edges_have_the_means_of_their_sides"),
     ("share_of_a_run_forgotten", "composite::any_runs_have_the_means_of_one_method"),

@@ -1,5 +1,6 @@
 //! The laws that neumann obeys, a module each.
 
+mod adaptive;
 mod agreement;
 mod bsdf_laws;
 mod cameras;

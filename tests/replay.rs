@@ -1,6 +1,6 @@
 //! A sample traced again gives the same contributions, to the bit, with the vertices of their paths.
 
-use crate::support::{builtin, method_with, room, sky};
+use crate::support::{builtin, method_with, room, sky, with_pilot};
 use integrators::integrator::Replicate;
 use integrators::vertex::Site;
 use integrators::{
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 /// Every method, and what of `bdpt` draws numbers of its own.
 fn methods() -> Vec<Box<dyn Integrator>> {
-    let settings: [(&str, Value); 20] = [
+    let settings: [(&str, Value); 22] = [
         ("direct", json!({})),
         ("path", json!({})),
         ("light", json!({})),
@@ -27,6 +27,8 @@ fn methods() -> Vec<Box<dyn Integrator>> {
         ("path", json!({"next_event_candidates": 3})),
         ("path", json!({"roulette": "efficiency", "roulette_start": 1})),
         ("guided", json!({})),
+        ("adaptive", json!({})),
+        ("adaptive_bdpt", json!({})),
         ("coherent", json!({})),
         ("coherent_bdpt", json!({})),
         ("coherent_bdpt", json!({"own_samples": "path"})),
@@ -44,11 +46,11 @@ fn under_a_sky() -> Scene {
     builder.build(Skip::Unneeded).unwrap()
 }
 
-fn settings(sampler: SamplerKind) -> RenderSettings {
+fn settings(name: &str, sampler: SamplerKind) -> RenderSettings {
     RenderSettings {
         orders: Orders::up_to(4),
         tail: false,
-        samples_per_replicate: 4,
+        samples_per_replicate: with_pilot(name, 4),
         seed: 3,
         sampler,
         instance: "replay".to_owned(),
@@ -99,7 +101,7 @@ fn the_largest_contributions_are_traced_again_to_the_bit() {
     for scene in &scenes {
         for method in methods() {
             for sampler in [SamplerKind::Independent, SamplerKind::Sobol] {
-                let settings = settings(sampler);
+                let settings = settings(method.name(), sampler);
                 let measured = measure(scene, &*method, settings.clone(), true);
                 let request = request(scene, &*method, &settings);
                 let mut count = 0;
@@ -131,7 +133,7 @@ fn looking_for_the_largest_changes_no_bit_and_finds_the_same_with_any_threads() 
     for method in methods() {
         let with_threads = |threads: usize, fireflies| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| measure(&scene, &*method, settings(SamplerKind::Independent), fireflies))
+            pool.install(|| measure(&scene, &*method, settings(method.name(), SamplerKind::Independent), fireflies))
         };
         let (plain, one, many) = (with_threads(2, false), with_threads(1, true), with_threads(5, true));
         assert_eq!(plain.replicate_means, one.replicate_means);

@@ -87,6 +87,11 @@ pub fn builtin(name: &str, size: u32) -> Scene {
     builtin_with(name, size, Skip::Unneeded)
 }
 
+/// So many samples, or as many as a method needs that looks ahead by a pilot.
+pub fn with_pilot(name: &str, samples: u32) -> u32 {
+    if name.starts_with("adaptive") { samples.max(16) } else { samples }
+}
+
 /// A built-in scene at a small size, its skips on or off.
 pub fn builtin_with(name: &str, size: u32, skip: Skip) -> Scene {
     scenes::load(name, &LoadOptions { size: Some((size, size)), skip }).unwrap()

@@ -49,6 +49,12 @@ impl Technique {
         }
     }
 
+    /// Whether it brings light to wherever it lands, and not to the pixel whose sample it is of.
+    #[inline]
+    pub fn splats(self) -> bool {
+        matches!(self, Technique::Connect { t: 0 | 1, .. })
+    }
+
     /// Number of scatterings of the path.
     #[inline]
     pub fn order(self) -> usize {

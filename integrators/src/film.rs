@@ -14,7 +14,7 @@ mod store;
 mod sums;
 
 pub use crate::block::{Block, Blocks, TILE, Window};
-use crate::contribution::{Contribution, Sink, Technique, Wants};
+use crate::contribution::{Contribution, Sink, Wants};
 use crate::fireflies::{Fireflies, brought};
 use crate::integrator::Pixel;
 use crate::measurement::Counters;
@@ -45,6 +45,8 @@ pub struct BlockFilm<'r> {
     share: f32,
     /// How often all of a run of a composite counts.
     scale: f32,
+    /// How often, besides, counts what a sample brings to its own pixel, and what it splats.
+    counts: (f32, f32),
     /// What the run of a composite that is at work is asked for.
     run: Option<&'r Request>,
     sums: Vec<f64>,
@@ -74,6 +76,7 @@ impl<'r> BlockFilm<'r> {
             weight: 1.0,
             share: 1.0,
             scale: 1.0,
+            counts: (1.0, 1.0),
             run: None,
             sums,
             splats,
@@ -101,6 +104,7 @@ impl<'r> BlockFilm<'r> {
         self.pixel = (tile.x.start, tile.y.start);
         self.weight = 1.0;
         (self.scale, self.share, self.run) = (1.0, 1.0, None);
+        self.counts = (1.0, 1.0);
         self.tile = tile;
         self.sums.fill(0.0);
         self.splats.clear();
@@ -113,6 +117,7 @@ impl<'r> BlockFilm<'r> {
     pub fn set_run(&mut self, run: usize, scale: f32) {
         self.scale = scale;
         self.share = scale;
+        self.counts = (1.0, 1.0);
         self.run = Some(&self.request.runs()[run]);
     }
 
@@ -146,6 +151,13 @@ impl<'r> BlockFilm<'r> {
 }
 
 impl BlockFilm<'_> {
+    /// How often a contribution counts.
+    #[inline]
+    fn counts_of(&self, c: &Contribution) -> f32 {
+        let (own, splats) = self.counts;
+        self.scale * if c.technique.splats() { splats } else { own }
+    }
+
     /// Adds to successive layers of a pixel of the film.
     #[inline]
     fn add_to<const N: usize>(&mut self, (x, y): (u32, u32), layer: usize, values: [Spectrum; N]) {
@@ -226,10 +238,11 @@ impl Place for BlockFilm<'_> {
             return None;
         }
         let value = c.value * c.weight as f32;
+        let scale = self.counts_of(c);
         if let Some(fireflies) = &mut self.fireflies {
-            let brought = brought(value) * self.scale;
+            let brought = brought(value) * scale;
             if fireflies.takes(layer, brought.abs()) {
-                fireflies.keep(layer, c, f64::from(self.scale), (self.pixel, self.sample));
+                fireflies.keep(layer, c, f64::from(scale), (self.pixel, self.sample));
             }
             if brought.is_finite() {
                 fireflies.count(layer, brought);
@@ -243,20 +256,20 @@ impl Place for BlockFilm<'_> {
     }
 
     fn count_unweighted(&mut self, layer: usize, c: &Contribution) {
-        let scale = self.scale;
+        let scale = self.counts_of(c);
         self.fireflies.iter_mut().for_each(|found| found.count(layer, brought(c.value) * scale));
     }
 
     #[inline]
     fn place<const N: usize>(&mut self, c: &Contribution, layer: usize, values: [Spectrum; N]) {
-        match (c.technique, fault!("splats_ignore_the_filter", self.raster.filter, Filter::Box)) {
-            (Technique::Connect { t: 0 | 1, .. }, Filter::Box) => {
+        match (c.technique.splats(), fault!("splats_ignore_the_filter", self.raster.filter, Filter::Box)) {
+            (true, Filter::Box) => {
                 self.splat(c.raster, layer, values.map(|value| value * self.share));
             }
-            (Technique::Connect { t: 0 | 1, .. }, _) => {
+            (true, _) => {
                 self.splat_filtered(c.raster, layer, values.map(|value| value * self.share));
             }
-            _ => self.add_to(self.pixel, layer, values.map(|value| value * self.weight)),
+            (false, _) => self.add_to(self.pixel, layer, values.map(|value| value * self.weight)),
         }
     }
 }
@@ -269,6 +282,9 @@ pub trait PixelSink: Sink {
     /// Turns to a point that a chain has visited, with its camera walk in a pixel whose filter gives it this weight. It counts so
     /// many times, whatever it contributes and however.
     fn start_point(&mut self, pixel: Pixel, weight: f32, share: f32);
+
+    /// Says how often samples from here on count in their own pixel, and elsewhere, where pixels take different numbers of them.
+    fn set_counts(&mut self, own: f32, splats: f32);
 }
 
 impl Sink for BlockFilm<'_> {
@@ -287,7 +303,7 @@ impl PixelSink for BlockFilm<'_> {
     fn start_sample(&mut self, pixel: Pixel, number: u32, weight: f32) {
         self.pixel = (pixel.x, pixel.y);
         self.sample = number;
-        self.weight = weight * self.scale;
+        self.weight = weight * self.scale * self.counts.0;
         self.fireflies.iter_mut().for_each(Fireflies::start_sample);
     }
 
@@ -296,6 +312,11 @@ impl PixelSink for BlockFilm<'_> {
         self.pixel = (pixel.x, pixel.y);
         self.weight = weight * share;
         self.share = share;
+    }
+
+    fn set_counts(&mut self, own: f32, splats: f32) {
+        self.counts = (own, splats);
+        self.share = self.scale * splats;
     }
 }
 
@@ -308,6 +329,7 @@ fn added(sum: f64, value: f32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contribution::Technique;
     use crate::request::Orders;
     use sampling::vec2;
 

@@ -8,7 +8,7 @@
 //! - [`contribution`]: how a path was built ([`Technique`]), what a method hands over ([`Contribution`]) and to whom ([`Sink`]);
 //! - [`request`]: which orders are asked for;
 //! - [`integrator`]: the traits [`Estimator`] and [`Integrator`]; [`method`]: THE LIST, [`Methods`]; [`bias`];
-//! - the algorithms, one a file: [`direct`], [`path`] and the [`classics`] that are parts of it, [`coherent`] and its bidirectional twin, whose pixels share random numbers, [`light`], [`bdpt`],
+//! - the algorithms, one a file: [`direct`], [`path`] and the [`classics`] that are parts of it, `adaptive`, which spreads samples over pixels by what these err by, [`coherent`] and its bidirectional twin, whose pixels share random numbers, [`light`], [`bdpt`],
 //!   [`vcm`] and [`ppm`], which merge vertices with [`photons`], [`metropolis`], which takes samples of `path` and `bdpt` along
 //!   Markov chains, [`radiosity`], which looks up light on elements, [`composite`], which leaves each order to one of the others, and
 //!   [`exact`], which is the truth where that is known; with what they share: [`start`], [`vertex`], [`walk`], [`connect`],
@@ -21,6 +21,7 @@
 //!
 //! This crate reads and writes no files, and draws its random numbers only through [`sampling::sampler`].
 
+mod adaptive;
 pub mod bdpt;
 pub mod bias;
 pub mod block;

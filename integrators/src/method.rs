@@ -1,10 +1,12 @@
 //! THE LIST of methods.
 
+use crate::bdpt::Bdpt;
 use crate::bias::Bias;
 use crate::coherent::{Coherent, CoherentBdpt, Sharing};
 use crate::composite::{self, Composite};
 use crate::integrator::{Estimator, Integrator};
 use crate::metropolis::{Metropolis, Mmlt, Pssmlt};
+use crate::path::Path;
 use crate::sampled::Sampled;
 use crate::settings::{nearest, parse_settings};
 use serde::Serialize;
@@ -80,7 +82,12 @@ impl Methods {
                 "what mirrors and glass show of emitters and of what these light",
             )
             .with::<crate::direct::Direct>("direct", "orders 0 and 1: emitter sampling, BSDF sampling, or both by MIS")
-            .with::<crate::path::Path>("path", "path tracing with next-event estimation and MIS")
+            .with::<Path>("path", "path tracing with next-event estimation and MIS")
+            .with_integrator(
+                "adaptive",
+                "path tracing with the most samples where a pilot errs most",
+                |name, estimator: Path| Sampled { name, estimator, adapts: true },
+            )
             .with::<crate::guided::Guided>("guided", "path tracing that learns where light comes from (SD-trees)")
             .with_integrator(
                 "coherent",
@@ -88,7 +95,12 @@ impl Methods {
                 |name, settings: Coherent| Sharing { name, settings },
             )
             .with::<crate::light::Light>("light", "particle tracing from the emitters, connected to the camera")
-            .with::<crate::bdpt::Bdpt>("bdpt", "bidirectional path tracing: every strategy (s, t), weighted by MIS")
+            .with::<Bdpt>("bdpt", "bidirectional path tracing: every strategy (s, t), weighted by MIS")
+            .with_integrator(
+                "adaptive_bdpt",
+                "bidirectional path tracing with the most samples where a pilot errs most",
+                |name, estimator: Bdpt| Sampled { name, estimator, adapts: true },
+            )
             .with_integrator(
                 "coherent_bdpt",
                 "bidirectional path tracing without splats, with light subpaths that many pixels share",
@@ -128,7 +140,7 @@ impl Methods {
 
     /// Registers an estimator under a name; a later one of the same name replaces the earlier.
     pub fn with<E: Estimator>(self, name: &'static str, summary: &'static str) -> Self {
-        self.with_integrator(name, summary, |name, estimator: E| Sampled { name, estimator })
+        self.with_integrator(name, summary, |name, estimator: E| Sampled { name, estimator, adapts: false })
     }
 
     /// The same of an integrator that is made of its name and settings.

@@ -1,5 +1,6 @@
 //! Estimators as integrators: sample after sample of every pixel of a block.
 
+use crate::adaptive::{Allocation, MOST_COUNTS};
 use crate::bias::Bias;
 use crate::contribution::{Contribution, Sink, Technique, Wants};
 use crate::film::{Block, BlockFilm, PartsFilm, PixelSink};
@@ -17,6 +18,8 @@ use std::ops::RangeInclusive;
 pub(crate) struct Sampled<E> {
     pub name: &'static str,
     pub estimator: E,
+    /// Whether a pilot tells how many samples each pixel takes; all take the same number else.
+    pub adapts: bool,
 }
 
 impl<E: Estimator> Integrator for Sampled<E> {
@@ -72,13 +75,23 @@ impl<E: Estimator> Integrator for Sampled<E> {
         E::ITERATES
     }
 
+    fn counts(&self) -> f64 {
+        if self.adapts { MOST_COUNTS } else { 1.0 }
+    }
+
     fn bytes(&self, pixels: u64, request: &Request) -> u64 {
-        self.estimator.bytes(pixels, request)
+        self.estimator.bytes(pixels, request) + if self.adapts { Allocation::BYTES * pixels } else { 0 }
+    }
+
+    fn most_samples(&self, _: &Scene, _: &Request, replicate: Replicate) -> u32 {
+        if self.adapts { Allocation::most(replicate.samples) } else { replicate.samples }
     }
 
     fn begin<'a>(&'a self, scene: &'a Scene, request: &'a Request, replicate: Replicate) -> Box<dyn Pass + 'a> {
         let prepared = self.estimator.prepare(scene, request, &replicate);
-        Box::new(Samples { estimator: &self.estimator, prepared, scene, request, replicate })
+        let estimator = prepared.as_ref().unwrap_or(&self.estimator);
+        let allocation = self.adapts.then(|| Allocation::find(estimator, scene, request, &replicate)).flatten();
+        Box::new(Samples { estimator: &self.estimator, prepared, allocation, scene, request, replicate })
     }
 }
 
@@ -97,6 +110,8 @@ impl PixelSink for Witness<'_> {
     fn start_sample(&mut self, _: Pixel, _: u32, _: f32) {}
 
     fn start_point(&mut self, _: Pixel, _: f32, _: f32) {}
+
+    fn set_counts(&mut self, _: f32, _: f32) {}
 }
 
 /// Why an estimator cannot take samples of a scene, if so.
@@ -129,6 +144,8 @@ fn bodies_in(scene: &Scene) -> Option<String> {
 struct Samples<'a, E> {
     estimator: &'a E,
     prepared: Option<E>,
+    /// How many samples each pixel takes, where they differ.
+    allocation: Option<Allocation>,
     scene: &'a Scene,
     request: &'a Request,
     replicate: Replicate,
@@ -136,7 +153,9 @@ struct Samples<'a, E> {
 
 impl<E: Estimator> Pass for Samples<'_, E> {
     fn pilot(&self) -> Counters {
-        self.prepared.as_ref().map_or(Counters::default(), E::pilot)
+        let mut work = self.prepared.as_ref().map_or(Counters::default(), E::pilot);
+        work += self.allocation.as_ref().map_or(Counters::default(), |allocation| allocation.work);
+        work
     }
 
     fn begin_iteration(&mut self, number: u32) -> Counters {
@@ -156,8 +175,20 @@ impl<E: Estimator> Pass for Samples<'_, E> {
         if E::ITERATES {
             self.begin_iteration(sample);
         }
-        let (mut sampler, mut scratch) = (self.sampler(), Scratch::default());
-        self.sample(pixel, sample, &mut sampler, &mut scratch, &mut Witness(show));
+        let (mut samplers, mut scratch) = (self.samplers(), Scratch::default());
+        let Some(allocation) = &self.allocation else {
+            self.sample(pixel, sample, &mut samplers[0], &mut scratch, &mut Witness(show));
+            return true;
+        };
+        if sample < allocation.samples(pixel) {
+            let (own, splats) = allocation.counts(pixel);
+            let mut scaled = |c: &Contribution| {
+                let counts = if c.technique.splats() { splats } else { own };
+                show(&Contribution { weight: c.weight * f64::from(counts), ..*c });
+            };
+            let sampler = &mut samplers[allocation.of(pixel)];
+            self.sample(pixel, sample, sampler, &mut scratch, &mut Witness(&mut scaled));
+        }
         true
     }
 }
@@ -165,20 +196,34 @@ impl<E: Estimator> Pass for Samples<'_, E> {
 impl<E: Estimator> Samples<'_, E> {
     /// Takes the samples of a block.
     fn take<S: PixelSink>(&self, block: Block, out: &mut S) -> Counters {
-        let (mut sampler, mut scratch) = (self.sampler(), Scratch::default());
-        for y in block.tile.y {
-            for x in block.tile.x.clone() {
-                for sample in block.samples.clone() {
-                    self.sample((x, y), sample, &mut sampler, &mut scratch, out);
+        let (mut samplers, mut scratch) = (self.samplers(), Scratch::default());
+        for pixel in block.tile.pixels() {
+            let (of, samples) = match &self.allocation {
+                None => (0, block.samples.clone()),
+                Some(allocation) => {
+                    let (own, splats) = allocation.counts(pixel);
+                    out.set_counts(own, splats);
+                    (allocation.of(pixel), allocation.within(pixel, &block.samples))
                 }
+            };
+            for sample in samples {
+                self.sample(pixel, sample, &mut samplers[of], &mut scratch, out);
             }
         }
         scratch.counters
     }
 
-    fn sampler(&self) -> Sampler {
+    /// What gives samples their numbers: one for each number of samples that pixels take.
+    fn samplers(&self) -> Vec<Sampler> {
         let Replicate { sampler, key, samples, .. } = self.replicate;
-        Sampler::new(sampler, key, samples, (self.scene.camera.width(), self.scene.camera.height()))
+        let size = (self.scene.camera.width(), self.scene.camera.height());
+        match &self.allocation {
+            None => vec![Sampler::new(sampler, key, samples, size)],
+            Some(allocation) => {
+                let of = |(key, samples)| Sampler::new(sampler, key, samples, size);
+                allocation.numbers_of_samples(key).map(of).collect()
+            }
+        }
     }
 
     /// Takes one sample.

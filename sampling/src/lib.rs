@@ -103,6 +103,8 @@
 //!   1981.
 //! - `[Ize13]` T. Ize: *Robust BVH ray traversal*, JCGT 2(2), 2013.
 //! - `[Jakob14]` W. Jakob: *An improved visible normal sampling routine for the Beckmann distribution*, ETH Zürich, 2014.
+//! - `[Jimenez14]` J. Jimenez: *Next generation post processing in Call of Duty: Advanced Warfare*, SIGGRAPH 2014 course *Advances in
+//!   real-time rendering in games*.
 //! - `[Joe08]` S. Joe, F. Y. Kuo: *Constructing Sobol sequences with better two-dimensional projections*, SIAM Journal on Scientific
 //!   Computing 30(5), 2008.
 //! - `[Johnson72]` P. B. Johnson, R. W. Christy: *Optical constants of the noble metals*, Physical Review B 6, 1972.
@@ -116,6 +118,7 @@
 //! - `[Kettunen15]` M. Kettunen, M. Manzi, M. Aittala, J. Lehtinen, F. Durand, M. Zwicker: *Gradient-domain path tracing*, ACM
 //!   Transactions on Graphics 34(4), 2015.
 //! - `[King13]` A. King, C. Kulla, A. Conty, M. Fajardo: *BSSRDF importance sampling*, SIGGRAPH 2013 talks.
+//! - `[Kirk91]` D. Kirk, J. Arvo: *Unbiased sampling techniques for image synthesis*, SIGGRAPH 1991.
 //! - `[Knight13]` P. A. Knight, D. Ruiz: *A fast algorithm for matrix balancing*, IMA Journal of Numerical Analysis 33(3), 2013.
 //! - `[Knaus11]` C. Knaus, M. Zwicker: *Progressive photon mapping: a probabilistic approach*, ACM Transactions on Graphics 30(3), 2011.
 //! - `[Kondapaneni19]` I. Kondapaneni, P. Vévoda, P. Grittmann, T. Skřivan, P. Slusallek, J. Křivánek: *Optimal multiple importance sampling*, ACM
@@ -136,6 +139,8 @@
 //! - `[Mikkelsen10]` M. S. Mikkelsen: *Bump mapping unparametrized surfaces on the GPU*, 2010.
 //! - `[Mitchell88]` D. P. Mitchell, A. N. Netravali: *Reconstruction filters in computer graphics*, SIGGRAPH 1988.
 //! - `[Moeller97]` T. Möller, B. Trumbore: *Fast, minimum storage ray/triangle intersection*, JGT 2(1), 1997.
+//! - `[Neyman34]` J. Neyman: *On the two different aspects of the representative method*, Journal of the Royal Statistical Society
+//!   97(4), 1934.
 //! - `[ONeill14]` M. E. O'Neill: *PCG: a family of simple fast space-efficient statistically good algorithms for
 //!   random number generation*, HMC-CS-2014-0905, 2014.
 //! - `[Oren94]` M. Oren, S. K. Nayar: *Generalization of Lambert's reflectance model*, SIGGRAPH 1994.

@@ -2,7 +2,7 @@
 
 use super::{ALBEDO, EMITTED, enclosure, is_a_furnace, is_the_same, methods};
 use crate::shading_normals::coarse_sphere;
-use crate::support::{ALL, Budget, COLUMNS, Family, Rendered, camera, lambert, measure, method, shining};
+use crate::support::{ALL, Budget, COLUMNS, Family, Rendered, camera, lambert, measure, method, shining, with_pilot};
 use glam::{DAffine3, DMat3, DQuat, DVec3, dvec3};
 use integrators::{Integrator, Orders, Render, RenderSettings};
 use sampling::bsdf::{Bsdf, Dielectric, RoughConductor};
@@ -66,7 +66,7 @@ fn pixels(scene: &Scene, brightness: f32, method: &dyn Integrator, sampler: Samp
     let settings = RenderSettings {
         orders: Orders::up_to(6),
         tail: false,
-        samples_per_replicate: 4,
+        samples_per_replicate: with_pilot(method.name(), 4),
         seed: 3,
         sampler,
         instance: String::new(),
@@ -93,8 +93,20 @@ fn powers_of_two_change_no_bit() {
     let places = [scaled(-20), scaled(-7), scaled(20), brighter(-40), brighter(40)];
     let home = room_at(HOME);
     let scenes = places.map(|place| (place, room_at(place)));
-    let others =
-        ["emission", "local", "whitted", "guided", "coherent", "coherent_bdpt", "vcm", "ppm", "pssmlt", "mmlt"];
+    let others = [
+        "emission",
+        "local",
+        "whitted",
+        "adaptive",
+        "adaptive_bdpt",
+        "guided",
+        "coherent",
+        "coherent_bdpt",
+        "vcm",
+        "ppm",
+        "pssmlt",
+        "mmlt",
+    ];
     for name in ALL.into_iter().chain(others) {
         let method = method(name);
         for &sampler in SamplerKind::ALL {

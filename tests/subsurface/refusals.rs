@@ -7,15 +7,16 @@ use crate::support::ALL;
 #[test]
 fn methods_that_cannot_follow_light_through_bodies_say_so() {
     let scene = half_space(GREEN, DVec3::ZERO, Skip::Unneeded);
-    for name in ALL.into_iter().chain(["coherent", "coherent_bdpt"]) {
+    for name in ALL.into_iter().chain(["adaptive", "coherent", "adaptive_bdpt", "coherent_bdpt"]) {
         let method = method(name);
         let error = Render::new(&scene, method.as_ref(), settings(1, SamplerKind::Independent)).err();
-        if ["path", "coherent"].contains(&name) {
+        if ["path", "adaptive", "coherent"].contains(&name) {
             assert!(error.is_none() && method.carries_subsurface());
             continue;
         }
         let message = error.expect(name).to_string();
-        for word in [name, "`stuff`", "subsurface", "use a method that can (path, guided, coherent, pssmlt)"] {
+        for word in [name, "`stuff`", "subsurface", "use a method that can (path, adaptive, guided, coherent, pssmlt)"]
+        {
             assert!(message.contains(word), "{name}: `{word}` in {message}");
         }
     }

@@ -51,4 +51,8 @@ impl<P: Place + PixelSink> PixelSink for PartsFilm<'_, P> {
     fn start_point(&mut self, pixel: Pixel, weight: f32, share: f32) {
         self.0.start_point(pixel, weight, share);
     }
+
+    fn set_counts(&mut self, own: f32, splats: f32) {
+        self.0.set_counts(own, splats);
+    }
 }

@@ -241,4 +241,8 @@ impl<A: Average> PixelSink for ResidualFilm<'_, '_, A> {
     fn start_point(&mut self, pixel: Pixel, weight: f32, share: f32) {
         self.film.start_point(pixel, weight, share);
     }
+
+    fn set_counts(&mut self, own: f32, splats: f32) {
+        self.film.set_counts(own, splats);
+    }
 }

@@ -1,0 +1,110 @@
+//! Samples where the image needs them: how many a pixel takes moves no mean, and is worth its while.
+//!
+//! False-alarm rate: 0.1 % for each scene (Šidák over orders and blocks), as for every pair of methods.
+
+use crate::cli::folder_with;
+use crate::support::{Budget, Entry, Family, Rendered, agree, builtin, measure, method_with};
+use sampling::filter::Filter;
+use sampling::sampler::SamplerKind;
+use scenes::{LoadOptions, Scene, load};
+use serde_json::json;
+
+/// A ball and a lamp's panel above a floor, before a sky that shows without noise in half of the pixels.
+const OPEN: &str = r#"
+[camera]
+position = [0, 1, 4]
+target = [0, 0.9, 0]
+fov = 45
+width = 16
+height = 16
+[materials.white]
+type = "lambert"
+albedo = 0.7
+[[shapes]]
+type = "quad"
+origin = [-50, 0, -50]
+edge_u = [0, 0, 100]
+edge_v = [100, 0, 0]
+material = "white"
+[[shapes]]
+type = "sphere"
+center = [-0.6, 0.4, 0.5]
+radius = 0.4
+material = "white"
+[[shapes]]
+type = "quad"
+origin = [0.3, 1, -0.3]
+edge_u = [0.5, 0, 0]
+edge_v = [0, 0, 0.5]
+material = "white"
+emission = 5
+[[emitters]]
+type = "constant"
+radiance = 0.3
+"#;
+
+fn open(filter: Filter) -> Scene {
+    let folder = folder_with(&[("open.toml", OPEN)]);
+    let mut scene = load(folder.path().join("open.toml").to_str().unwrap(), &LoadOptions::default()).unwrap();
+    scene.camera.set_filter(filter);
+    scene
+}
+
+/// Replicates of 16 samples, the fewest that a pilot looks ahead for: by either method, and by a composite of one of them.
+#[test]
+fn samples_are_many_where_they_are_wanted_and_few_elsewhere() {
+    let runs = json!({"runs": "path(roulette=none):1:0.5;adaptive_bdpt(roulette=none):0,2-3:0.5"});
+    for filter in [Filter::Box, Filter::Mitchell] {
+        let mut entries = Vec::from(["adaptive", "adaptive_bdpt"].map(|name| Entry::new(name, 64).without_roulette()));
+        entries.push(Entry::new("composite", 128).with("adaptive_bdpt in a composite", runs.clone()));
+        entries.push(Entry::new("bdpt", 48).without_roulette());
+        agree(&format!("adaptive in the open, {filter}"), &open(filter), 3, &entries, 0.3);
+    }
+}
+
+/// Compares orders 0 to 2 on the image and on blocks of it.
+fn compare(family: &mut Family, label: &str, a: &Rendered, b: &Rendered) {
+    for order in 0..=2 {
+        family.image(format!("{label}, order {order}"), a.image(order), b.image(order));
+        for (block, pixels) in b.blocks(4).iter().enumerate() {
+            let label = format!("{label}, order {order}, block {block}");
+            family.block(label, a.over(order, pixels), b.over(order, pixels));
+        }
+    }
+}
+
+#[test]
+fn every_sampler() {
+    let scene = open(Filter::Triangle);
+    let budget = |sampler| Budget { samples: 16, replicates: 128, sampler, ..Budget::samples(1) }.up_to(2);
+    let path = measure(&scene, method_with("path", json!({})).as_ref(), "path", budget(SamplerKind::Independent));
+    let mut family = Family::new("adaptive by samplers");
+    for &sampler in SamplerKind::ALL {
+        for name in ["adaptive", "adaptive_bdpt"] {
+            let label = format!("{name} {sampler}");
+            let other = measure(&scene, method_with(name, json!({})).as_ref(), &label, budget(sampler));
+            compare(&mut family, &label, &other, &path);
+        }
+    }
+    family.finish(0.3);
+}
+
+/// With 64 independent samples of each of 96x96 pixels, rings around highlights, which have most of the error, leave less of it.
+#[test]
+fn errors_are_less_for_the_same_number_of_samples() {
+    let scene = builtin("veach_mis", 96);
+    let ratio = error(&scene, "adaptive") / error(&scene, "path");
+    println!("error by adaptive over that by path: {ratio:.3}");
+    assert!(ratio < 0.8, "{ratio}");
+}
+
+/// The sum over pixels of the variance of orders 0 to 3, relative to the mean squared.
+fn error(scene: &Scene, name: &str) -> f64 {
+    let budget = Budget { samples: 64, replicates: 8, ..Budget::samples(1) }.up_to(3);
+    let m = measure(scene, method_with(name, json!({})).as_ref(), name, budget).measurement;
+    let of_pixel = |pixel: usize| {
+        let variance: f64 = (0..m.layers.len()).map(|layer| m.variance(layer, pixel).unwrap()[1]).sum();
+        variance / (m.total(pixel)[1].powi(2) + 0.01)
+    };
+    (0..m.pixels()).map(of_pixel).sum()
+}
