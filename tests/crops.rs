@@ -34,8 +34,11 @@ fn a_crop_has_the_bits_of_the_whole_image() {
         (Filter::Mitchell, SamplerKind::Zsobol),
         (Filter::Gaussian, SamplerKind::Stratified),
     ] {
-        let mut scene = builtin("cornell_box", SIZE);
-        scene.camera.set_filter(filter);
+        let [room, plates] = ["cornell_box", "veach_mis"].map(|name| {
+            let mut scene = builtin(name, SIZE);
+            scene.camera.set_filter(filter);
+            scene
+        });
         for name in ALL.into_iter().chain([
             "composite",
             "adaptive",
@@ -48,10 +51,12 @@ fn a_crop_has_the_bits_of_the_whole_image() {
             "pssmlt",
             "mmlt",
         ]) {
-            let whole = rendered(&scene, name, sampler, Window::whole(SIZE, SIZE));
+            // Where pixels take different numbers of samples.
+            let scene = if name.starts_with("adaptive") { &plates } else { &room };
+            let whole = rendered(scene, name, sampler, Window::whole(SIZE, SIZE));
             for (x, y) in windows.clone() {
                 let window = Window { x, y };
-                let part = rendered(&scene, name, sampler, window.clone());
+                let part = rendered(scene, name, sampler, window.clone());
                 assert_eq!((part.width, part.height), (window.width(), window.height()));
                 for pixel in 0..part.pixels() {
                     let (column, row) = (pixel as u32 % part.width, pixel as u32 / part.width);

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 /// Every method, and what of `bdpt` draws numbers of its own.
 fn methods() -> Vec<Box<dyn Integrator>> {
-    let settings: [(&str, Value); 22] = [
+    let settings: [(&str, Value); 23] = [
         ("direct", json!({})),
         ("path", json!({})),
         ("light", json!({})),
@@ -29,6 +29,7 @@ fn methods() -> Vec<Box<dyn Integrator>> {
         ("guided", json!({})),
         ("adaptive", json!({})),
         ("adaptive_bdpt", json!({})),
+        ("composite", json!({"runs": "path:1:0.3;adaptive_bdpt:0,2-4:0.7"})),
         ("coherent", json!({})),
         ("coherent_bdpt", json!({})),
         ("coherent_bdpt", json!({"own_samples": "path"})),

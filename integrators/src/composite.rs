@@ -184,12 +184,16 @@ impl Integrator for Composite {
     fn most_samples(&self, scene: &Scene, request: &Request, replicate: Replicate) -> u32 {
         let size = (scene.camera.width(), scene.camera.height());
         let at_work = self.at_work(request.runs(), replicate, size);
-        at_work.iter().map(|run| run.replicate.samples).max().unwrap_or(replicate.samples)
+        at_work.iter().map(|run| run.most_samples(scene)).max().unwrap_or(replicate.samples)
     }
 
     fn begin<'a>(&'a self, scene: &'a Scene, request: &'a Request, replicate: Replicate) -> Box<dyn Pass + 'a> {
         let size = (scene.camera.width(), scene.camera.height());
-        let begin = |run: AtWork<'a>| RunPass { pass: run.method.begin(scene, run.request, run.replicate), run };
+        let begin = |run: AtWork<'a>| RunPass {
+            pass: run.method.begin(scene, run.request, run.replicate),
+            most_samples: run.most_samples(scene),
+            run,
+        };
         let runs = self.at_work(request.runs(), replicate, size).into_iter().map(begin).collect();
         Box::new(CompositePass { runs, samples: replicate.samples })
     }
@@ -205,6 +209,13 @@ struct AtWork<'a> {
     /// How often what it brings counts.
     scale: f32,
     windows: Vec<Window>,
+}
+
+impl AtWork<'_> {
+    /// The most samples that a pixel has of it.
+    fn most_samples(&self, scene: &Scene) -> u32 {
+        self.method.most_samples(scene, self.request, self.replicate)
+    }
 }
 
 impl Composite {
@@ -267,6 +278,8 @@ impl Composite {
 /// A replicate of one run.
 struct RunPass<'a> {
     pass: Box<dyn Pass + 'a>,
+    /// Of a pixel.
+    most_samples: u32,
     run: AtWork<'a>,
 }
 
@@ -284,7 +297,7 @@ impl Pass for CompositePass<'_> {
     }
 
     fn run(&self, block: Block, out: &mut BlockFilm) {
-        for RunPass { pass, run } in &self.runs {
+        for RunPass { pass, run, .. } in &self.runs {
             // A run has got as far with its samples as all have with theirs.
             let own = u64::from(run.replicate.samples);
             let place = |sample: u32| (u64::from(sample) * own).div_ceil(u64::from(self.samples)) as u32;
@@ -300,8 +313,8 @@ impl Pass for CompositePass<'_> {
     }
 
     fn replay(&mut self, pixel: (u32, u32), sample: u32, show: &mut dyn FnMut(&Contribution)) -> bool {
-        for RunPass { pass, run } in &mut self.runs {
-            if sample >= run.replicate.samples || !run.windows.iter().any(|window| window.contains(pixel)) {
+        for RunPass { pass, most_samples, run } in &mut self.runs {
+            if sample >= *most_samples || !run.windows.iter().any(|window| window.contains(pixel)) {
                 continue;
             }
             let mut scaled = |c: &Contribution| {

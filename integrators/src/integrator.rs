@@ -206,6 +206,11 @@ pub trait Integrator: Send + Sync {
         true
     }
 
+    /// Whether regions of an image can be left to it, with samples of their pixels alone.
+    fn divides(&self) -> bool {
+        !self.splats()
+    }
+
     /// Whether it works in iterations: whether its passes are told before the samples of each number.
     fn iterates(&self) -> bool {
         false

@@ -71,6 +71,11 @@ impl<E: Estimator> Integrator for Sampled<E> {
         self.estimator.splats()
     }
 
+    fn divides(&self) -> bool {
+        // A pilot spreads samples over the whole image.
+        !self.adapts && !self.splats()
+    }
+
     fn iterates(&self) -> bool {
         E::ITERATES
     }

@@ -108,7 +108,7 @@ impl<'a> Pilot<'a> {
             let pixels = cell.width() as usize * cell.height() as usize;
             (cell, Covariances::new(pixels, layers))
         };
-        let cells = if method.splats() { Vec::new() } else { regions::cells(scene).map(of_cell).collect() };
+        let cells = if method.divides() { regions::cells(scene).map(of_cell).collect() } else { Vec::new() };
         let render = Render::of_request(scene, method, settings, window, request)?.cut_as(LONG);
         Ok(Self { render, samples, pixels: pixels as f64, covariances, cells, times: Vec::new() })
     }

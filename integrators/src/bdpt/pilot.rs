@@ -1,7 +1,7 @@
 //! The threshold of roulette on connections.
 
 use super::{Bdpt, Connections};
-use crate::contribution::{Contribution, Sink, Technique, Wants};
+use crate::contribution::{Contribution, Sink, Wants};
 use crate::integrator::{Estimator, Pixel, Replicate};
 use crate::request::Request;
 use crate::scratch::Scratch;
@@ -48,7 +48,7 @@ impl Sink for OwnPixel {
 
     fn add(&mut self, c: Contribution) {
         let luminance = f64::from(c.value.luminance()) * c.weight;
-        if !matches!(c.technique, Technique::Connect { t: 0 | 1, .. }) && luminance.is_finite() {
+        if !c.technique.splats() && luminance.is_finite() {
             self.0 += luminance;
         }
     }

@@ -118,9 +118,9 @@ impl Part {
             Bias::None => None,
             _ => Some("it is biased"),
         };
-        if run.regions.is_some() && method.splats() {
+        if run.regions.is_some() && !method.divides() {
             return Err(format!(
-                "{name} cannot be left to regions: its samples bring light to other pixels than their own; give the regions to path or direct"
+                "{name} cannot be left to regions: its samples have to do with other pixels than their own; give the regions to path or direct"
             ));
         }
         match why_not {

@@ -112,10 +112,10 @@ impl<'f, 'r, A: Average> ResidualFilm<'f, 'r, A> {
 
     /// What a film does that takes a contribution for as large as it counts.
     fn as_often_as<T>(&mut self, c: &Contribution, does: impl FnOnce(&mut BlockFilm<'r>) -> T) -> T {
-        let scale = self.film.scale;
-        self.film.scale = scale * self.source.counts(c, self.samples);
+        let counts = self.source.counts(c, self.samples);
+        self.film.counts = (counts, counts);
         let done = does(self.film);
-        self.film.scale = scale;
+        self.film.counts = (1.0, 1.0);
         done
     }
 
