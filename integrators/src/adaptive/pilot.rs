@@ -11,7 +11,7 @@ use sampling::sampler::{Purpose, Sampler};
 use scenes::Scene;
 
 /// The radiance beside which a pixel's own counts for little where errors are relative, in the image's mean: units of light are the user's.
-const DARK: f64 = 0.5;
+const DARK: f64 = 0.8;
 /// The standard deviation by which means are smoothed, beside which errors are judged \[pixels\].
 const SMOOTHING_OF_MEANS: f64 = 1.0;
 
