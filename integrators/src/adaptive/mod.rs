@@ -1,13 +1,14 @@
 //! Samples where the image needs them: how many each pixel takes, as a pilot finds, for `adaptive` and `adaptive_bdpt`.
 //!
-//! Up to an eighth of the samples is a pilot: two images A and B of as many samples each, with numbers of their own. Their squared difference, relative as in the error that
-//! counts, tells what a pixel errs by; smoothed over neighbours it says where samples are wanted, as many as the root of the error \[Neyman34\]. Then the
-//! pilot is thrown away: numbers of samples that depend on the very samples that are averaged would bias their mean \[Kirk91\], and those that do not,
-//! whatever they are, cost efficiency at worst.
+//! Up to an eighth of the samples is a pilot: two images A and B of as many samples each, with numbers of their own. Their squared difference,
+//! relative as in the error that counts, tells what a pixel errs by; smoothed over neighbours it says where samples are wanted, as many as the
+//! root of the error over the time of a sample \[Neyman34\]. Then the pilot is thrown away: numbers of samples that depend on the very samples
+//! that are averaged would bias their mean \[Kirk91\], and those that do not, whatever they are, cost efficiency at worst.
 //!
 //! A pixel takes the number of samples of a replicate times a power of two, from a quarter to sixteen times, of sequences of their own, so that
-//! where that is a power of two these are as even as ever; which of the two next to what it wants is settled by a pattern over the image. What a sample brings to its own pixel counts by that pixel's
-//! number; what it splats counts by the mean, since light may land wherever it came from.
+//! where that number is a power of two these are as even as ever; which of the two next to what it wants is settled by a pattern over the image.
+//! What a sample brings to its own pixel counts by that pixel's number; what it splats counts by the mean, since light may land wherever it came
+//! from.
 
 mod pilot;
 mod smoothing;
