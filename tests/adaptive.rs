@@ -3,7 +3,7 @@
 //! False-alarm rate: 0.1 % for each scene (Šidák over orders and blocks), as for every pair of methods.
 
 use crate::cli::folder_with;
-use crate::support::{Budget, Entry, Family, Rendered, agree, builtin, measure, method_with, seed};
+use crate::support::{Budget, Entry, Family, agree, builtin, measure, method_with, seed};
 use integrators::{Orders, PartSettings, Render, RenderSettings, Window, render};
 use sampling::filter::Filter;
 use sampling::sampler::{Role, SamplerKind};
@@ -64,17 +64,6 @@ fn samples_are_many_where_they_are_wanted_and_few_elsewhere() {
     }
 }
 
-/// Compares orders 0 and 1 on the image and on blocks of it.
-fn compare(family: &mut Family, label: &str, a: &Rendered, b: &Rendered) {
-    for order in 0..=1 {
-        family.image(format!("{label}, order {order}"), a.image(order), b.image(order));
-        for (block, pixels) in b.blocks(4).iter().enumerate() {
-            let label = format!("{label}, order {order}, block {block}");
-            family.block(label, a.over(order, pixels), b.over(order, pixels));
-        }
-    }
-}
-
 #[test]
 fn every_sampler() {
     let scene = open(Filter::Triangle);
@@ -85,7 +74,9 @@ fn every_sampler() {
         for name in ["adaptive", "adaptive_bdpt"] {
             let label = format!("{name} {sampler}");
             let other = measure(&scene, method_with(name, json!({})).as_ref(), &label, budget(sampler));
-            compare(&mut family, &label, &other, &path);
+            for order in 0..=1 {
+                family.layer(&format!("{label}, order {order}"), order, 4, &other, &path);
+            }
         }
     }
     family.finish(0.3);

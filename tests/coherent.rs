@@ -4,7 +4,7 @@
 //! False-alarm rate: 0.1 % for each scene (Šidák over orders and blocks), as for every pair of methods.
 
 use crate::cli::{folder_with, refused, succeed};
-use crate::support::{Budget, Entry, Family, Rendered, agree, builtin, measure, method_with, seed};
+use crate::support::{Budget, Entry, Family, agree, builtin, measure, method_with, seed};
 use integrators::{Orders, Part, PartSettings, Quantity, Render, RenderSettings, Window, render};
 use sampling::filter::Filter;
 use sampling::sampler::{Role, SamplerKind};
@@ -43,20 +43,6 @@ fn diffuse_rooms() {
     }
 }
 
-/// Compares orders 0 to 2 on the image and on blocks of it.
-fn compare(family: &mut Family, label: &str, a: &Rendered, b: &Rendered) {
-    for order in 0..=2 {
-        family.image(format!("{label}, order {order}"), a.image(order), b.image(order));
-        for (block, pixels) in b.blocks(4).iter().enumerate() {
-            family.block(
-                format!("{label}, order {order}, block {block}"),
-                a.over(order, pixels),
-                b.over(order, pixels),
-            );
-        }
-    }
-}
-
 /// Places are common, too, whatever gives the numbers.
 #[test]
 fn every_sampler() {
@@ -70,7 +56,9 @@ fn every_sampler() {
         for (name, settings) in [("coherent", json!({})), ("coherent_bdpt", own)] {
             let label = format!("{name} {sampler}");
             let other = measure(&scene, method_with(name, settings).as_ref(), &label, budget(sampler));
-            compare(&mut family, &label, &other, &path);
+            for order in 0..=2 {
+                family.layer(&format!("{label}, order {order}"), order, 4, &other, &path);
+            }
         }
     }
     family.finish(0.3);
@@ -152,7 +140,9 @@ fn odd_numbers_of_samples() {
     for (name, samples) in METHODS.into_iter().flat_map(|name| [1, 2, 3, 7].map(|samples| (name, samples))) {
         let coherent = method_with(name, json!({}));
         let rendered = measure(&scene, coherent.as_ref(), &format!("{name} {samples}"), budget(samples));
-        compare(&mut family, &format!("{name}, {samples} samples"), &rendered, &path);
+        for order in 0..=2 {
+            family.layer(&format!("{name}, {samples} samples, order {order}"), order, 4, &rendered, &path);
+        }
     }
     family.finish(0.3);
 }

@@ -97,10 +97,7 @@ fn the_cornell_box_is_the_same_as_gltf() {
         let b = measure(&foreign, method.as_ref(), &format!("gltf {integrator}"), budget);
         for layer in method.orders(4) {
             let label = format!("{integrator} order {layer}");
-            for (block, pixels) in a.blocks(4).iter().enumerate() {
-                family.block(format!("{label} block {block}"), a.over(layer, pixels), b.over(layer, pixels));
-            }
-            family.image(label, a.image(layer), b.image(layer));
+            family.layer(&label, layer, 4, &a, &b);
         }
     }
     family.finish(0.8);

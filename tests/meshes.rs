@@ -62,14 +62,7 @@ fn emitters_on_meshes_shine_as_quads_do() {
             let m = measure(&room(lamp), method.as_ref(), &format!("{name} {integrator}"), budget);
             for layer in method.orders(3) {
                 let label = format!("{name} {integrator} order {layer}");
-                for (block, pixels) in m.blocks(4).iter().enumerate() {
-                    family.block(
-                        format!("{label} block {block}"),
-                        reference.over(layer, pixels),
-                        m.over(layer, pixels),
-                    );
-                }
-                family.image(label, reference.image(layer), m.image(layer));
+                family.layer(&label, layer, 4, &reference, &m);
             }
         }
     }

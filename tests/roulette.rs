@@ -29,10 +29,7 @@ fn roulette_moves_no_mean() {
                     family.spare(label, off.image(order), on.image(order));
                     continue;
                 }
-                for (block, pixels) in off.blocks(4).iter().enumerate() {
-                    family.block(format!("{label} block {block}"), off.over(order, pixels), on.over(order, pixels));
-                }
-                family.image(label, off.image(order), on.image(order));
+                family.layer(&label, order, 4, &off, &on);
             }
         }
     }

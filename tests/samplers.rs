@@ -18,7 +18,6 @@ fn every_sampler_has_the_mean_of_independent_numbers() {
             measure(&scene, method.as_ref(), &format!("{name} {sampler} {samples}"), budget)
         };
         let independent = render(SamplerKind::Independent, 32);
-        let blocks = independent.blocks(COLUMNS);
         for (place, &sampler) in SamplerKind::ALL[1..].iter().enumerate() {
             // Every day one of the two, in turn.
             let counts = if scale() > 1.0 { vec![5, 16] } else { vec![[5, 16][(turn + place) % 2]] };
@@ -26,11 +25,7 @@ fn every_sampler_has_the_mean_of_independent_numbers() {
                 let other = render(sampler, samples);
                 for order in 0..independent.measurement.layers.len() {
                     let label = format!("{name} {sampler} {samples} order {order}");
-                    family.image(label.clone(), independent.image(order), other.image(order));
-                    for (block, pixels) in blocks.iter().enumerate() {
-                        let pair = [&independent, &other].map(|rendered| rendered.over(order, pixels));
-                        family.block(format!("{label} block {block}"), pair[0], pair[1]);
-                    }
+                    family.layer(&label, order, COLUMNS, &independent, &other);
                 }
             }
         }

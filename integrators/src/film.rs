@@ -29,6 +29,26 @@ use scenes::camera::{Edges, Raster};
 pub use store::BlockStore;
 pub use sums::Film;
 
+/// How often a sample counts.
+#[derive(Clone, Copy, Debug)]
+pub struct Counts {
+    /// By what it brings to its own pixel.
+    pub own: f32,
+    /// By what it splats.
+    pub splats: f32,
+}
+
+impl Counts {
+    /// As often as all others.
+    pub const ONCE: Self = Self { own: 1.0, splats: 1.0 };
+
+    /// By a contribution.
+    #[inline]
+    pub fn of(self, c: &Contribution) -> f32 {
+        if c.technique.splats() { self.splats } else { self.own }
+    }
+}
+
 /// What one block adds to the film.
 #[derive(Clone, Debug)]
 pub struct BlockFilm<'r> {
@@ -45,8 +65,8 @@ pub struct BlockFilm<'r> {
     share: f32,
     /// How often all of a run of a composite counts.
     scale: f32,
-    /// How often, besides, counts what a sample brings to its own pixel, and what it splats.
-    counts: (f32, f32),
+    /// How often samples count besides.
+    counts: Counts,
     /// What the run of a composite that is at work is asked for.
     run: Option<&'r Request>,
     sums: Vec<f64>,
@@ -76,7 +96,7 @@ impl<'r> BlockFilm<'r> {
             weight: 1.0,
             share: 1.0,
             scale: 1.0,
-            counts: (1.0, 1.0),
+            counts: Counts::ONCE,
             run: None,
             sums,
             splats,
@@ -104,7 +124,7 @@ impl<'r> BlockFilm<'r> {
         self.pixel = (tile.x.start, tile.y.start);
         self.weight = 1.0;
         (self.scale, self.share, self.run) = (1.0, 1.0, None);
-        self.counts = (1.0, 1.0);
+        self.counts = Counts::ONCE;
         self.tile = tile;
         self.sums.fill(0.0);
         self.splats.clear();
@@ -117,7 +137,7 @@ impl<'r> BlockFilm<'r> {
     pub fn set_run(&mut self, run: usize, scale: f32) {
         self.scale = scale;
         self.share = scale;
-        self.counts = (1.0, 1.0);
+        self.counts = Counts::ONCE;
         self.run = Some(&self.request.runs()[run]);
     }
 
@@ -151,13 +171,6 @@ impl<'r> BlockFilm<'r> {
 }
 
 impl BlockFilm<'_> {
-    /// How often a contribution counts, of those of its run.
-    #[inline]
-    fn counts_of(&self, c: &Contribution) -> f32 {
-        let (own, splats) = self.counts;
-        if c.technique.splats() { splats } else { own }
-    }
-
     /// Adds to successive layers of a pixel of the film.
     #[inline]
     fn add_to<const N: usize>(&mut self, (x, y): (u32, u32), layer: usize, values: [Spectrum; N]) {
@@ -238,7 +251,7 @@ impl Place for BlockFilm<'_> {
             return None;
         }
         let value = c.value * c.weight as f32;
-        let counts = self.counts_of(c);
+        let counts = self.counts.of(c);
         if let Some(fireflies) = &mut self.fireflies {
             let brought = brought(value) * counts * self.scale;
             if fireflies.takes(layer, brought.abs()) {
@@ -258,7 +271,7 @@ impl Place for BlockFilm<'_> {
     }
 
     fn count_unweighted(&mut self, layer: usize, c: &Contribution) {
-        let scale = self.counts_of(c) * self.scale;
+        let scale = self.counts.of(c) * self.scale;
         self.fireflies.iter_mut().for_each(|found| found.count(layer, brought(c.value) * scale));
     }
 
@@ -285,8 +298,8 @@ pub trait PixelSink: Sink {
     /// many times, whatever it contributes and however.
     fn start_point(&mut self, pixel: Pixel, weight: f32, share: f32);
 
-    /// Says how often samples from here on count in their own pixel, and elsewhere, where pixels take different numbers of them.
-    fn set_counts(&mut self, own: f32, splats: f32);
+    /// Says how often samples from here on count, where pixels take different numbers of them.
+    fn set_counts(&mut self, counts: Counts);
 }
 
 impl Sink for BlockFilm<'_> {
@@ -305,7 +318,7 @@ impl PixelSink for BlockFilm<'_> {
     fn start_sample(&mut self, pixel: Pixel, number: u32, weight: f32) {
         self.pixel = (pixel.x, pixel.y);
         self.sample = number;
-        self.weight = weight * self.scale * self.counts.0;
+        self.weight = weight * self.scale * self.counts.own;
         self.fireflies.iter_mut().for_each(Fireflies::start_sample);
     }
 
@@ -316,9 +329,9 @@ impl PixelSink for BlockFilm<'_> {
         self.share = share;
     }
 
-    fn set_counts(&mut self, own: f32, splats: f32) {
-        self.counts = (own, splats);
-        self.share = self.scale * splats;
+    fn set_counts(&mut self, counts: Counts) {
+        self.counts = counts;
+        self.share = self.scale * counts.splats;
     }
 }
 

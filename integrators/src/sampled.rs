@@ -3,7 +3,7 @@
 use crate::adaptive::{Allocation, MOST_COUNTS};
 use crate::bias::Bias;
 use crate::contribution::{Contribution, Sink, Technique, Wants};
-use crate::film::{Block, BlockFilm, PartsFilm, PixelSink};
+use crate::film::{Block, BlockFilm, Counts, PartsFilm, PixelSink};
 use crate::integrator::{Estimator, Integrator, Pass, Pixel, Replicate};
 use crate::measurement::Counters;
 use crate::method::{MethodEntry, Methods};
@@ -116,7 +116,7 @@ impl PixelSink for Witness<'_> {
 
     fn start_point(&mut self, _: Pixel, _: f32, _: f32) {}
 
-    fn set_counts(&mut self, _: f32, _: f32) {}
+    fn set_counts(&mut self, _: Counts) {}
 }
 
 /// Why an estimator cannot take samples of a scene, if so.
@@ -186,10 +186,9 @@ impl<E: Estimator> Pass for Samples<'_, E> {
             return true;
         };
         if sample < allocation.samples(pixel) {
-            let (own, splats) = allocation.counts(pixel);
+            let counts = allocation.counts(pixel);
             let mut scaled = |c: &Contribution| {
-                let counts = if c.technique.splats() { splats } else { own };
-                show(&Contribution { weight: c.weight * f64::from(counts), ..*c });
+                show(&Contribution { weight: c.weight * f64::from(counts.of(c)), ..*c });
             };
             let sampler = &mut samplers[allocation.of(pixel)];
             self.sample(pixel, sample, sampler, &mut scratch, &mut Witness(&mut scaled));
@@ -206,8 +205,7 @@ impl<E: Estimator> Samples<'_, E> {
             let (of, samples) = match &self.allocation {
                 None => (0, block.samples.clone()),
                 Some(allocation) => {
-                    let (own, splats) = allocation.counts(pixel);
-                    out.set_counts(own, splats);
+                    out.set_counts(allocation.counts(pixel));
                     (allocation.of(pixel), allocation.within(pixel, &block.samples))
                 }
             };

@@ -165,10 +165,7 @@ fn the_mirror_image_is_the_scene() {
                 family.spare(label, a.image(layer), b.image(layer));
                 continue;
             }
-            for (block, pixels) in a.blocks(COLUMNS).iter().enumerate() {
-                family.block(format!("{label} block {block}"), a.over(layer, pixels), b.over(layer, pixels));
-            }
-            family.image(label, a.image(layer), b.image(layer));
+            family.layer(&label, layer, COLUMNS, &a, &b);
         }
     }
     family.finish(0.7);

@@ -16,7 +16,7 @@
 //! 1.5 γ must be below `(6 ln(1/level))^(−1/2)`, about 0.1. Since γ is at least the relative error, what rests on fewer than
 //! some two hundred contributions is inconclusive.
 
-use super::{Estimate, is_everyday, seed};
+use super::{Estimate, Rendered, is_everyday, seed};
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// The probability with which a family of comparisons raises a false alarm, if all its null hypotheses hold. A third of it is
@@ -202,6 +202,14 @@ impl Family {
     /// Compares two means of which nothing is expected but that they do not differ significantly.
     pub fn spare(&mut self, label: impl Into<String>, a: Estimate, b: Estimate) {
         push(&mut self.spare, Comparison::new(label, a, b));
+    }
+
+    /// Compares a layer over two images, and over `columns` × `columns` blocks of them.
+    pub fn layer(&mut self, label: &str, layer: usize, columns: usize, a: &Rendered, b: &Rendered) {
+        for (block, pixels) in a.blocks(columns).iter().enumerate() {
+            self.block(format!("{label} block {block}"), a.over(layer, pixels), b.over(layer, pixels));
+        }
+        self.image(label, a.image(layer), b.image(layer));
     }
 
     /// How many comparisons are significant.

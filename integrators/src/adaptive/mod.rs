@@ -14,6 +14,7 @@ mod pilot;
 mod smoothing;
 mod spread;
 
+use crate::film::Counts;
 use crate::integrator::{Estimator, Replicate};
 use crate::measurement::Counters;
 use crate::request::Request;
@@ -106,14 +107,14 @@ impl Allocation {
         at(block.start)..at(block.end)
     }
 
-    /// How often counts what a sample brings to its own pixel, and what it splats.
+    /// How often a sample of a pixel counts.
     #[inline]
-    pub fn counts(&self, pixel: (u32, u32)) -> (f32, f32) {
+    pub fn counts(&self, pixel: (u32, u32)) -> Counts {
         let own = self.samples as f32 / self.samples(pixel) as f32;
-        (
-            fault!("samples_of_a_pixel_taken_for_all", own, 1.0),
-            fault!("splats_of_fewer_samples_taken_for_all", self.splats, 1.0),
-        )
+        Counts {
+            own: fault!("samples_of_a_pixel_taken_for_all", own, 1.0),
+            splats: fault!("splats_of_fewer_samples_taken_for_all", self.splats, 1.0),
+        }
     }
 }
 

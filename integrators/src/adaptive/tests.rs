@@ -110,7 +110,7 @@ fn blocks_have_all_samples_of_a_pixel() {
     for samples in [16, 19, 64, 100] {
         let allocation = allocation(&scene, samples).unwrap();
         let mut levels = [0; 7];
-        for pixel in (0..32).flat_map(|y| (0..32).map(move |x| (x, y))) {
+        for pixel in Window::whole(32, 32).pixels() {
             levels[allocation.of(pixel)] += 1;
             for at_once in [1, 4, 7, 64] {
                 let mut next = 0;
@@ -162,9 +162,9 @@ fn samples_count_as_often_as_there_are_fewer_of_them() {
     for number in [50, 64, 100] {
         let allocation = allocation(&scene, number).unwrap();
         let (mut splats, mut few) = (0.0, 0);
-        for pixel in (0..32).flat_map(|y| (0..32).map(move |x| (x, y))) {
+        for pixel in Window::whole(32, 32).pixels() {
             let samples = allocation.samples(pixel);
-            let (own, of_splats) = allocation.counts(pixel);
+            let Counts { own, splats: of_splats } = allocation.counts(pixel);
             assert!((own * samples as f32 / number as f32 - 1.0).abs() < 1e-6);
             assert!(f64::from(own) <= MOST_COUNTS);
             splats += f64::from(of_splats) * f64::from(samples);
@@ -175,7 +175,7 @@ fn samples_count_as_often_as_there_are_fewer_of_them() {
     }
 }
 
-/// Takes a number for what it sees, brighter to the left, and keeps all numbers that it was given.
+/// Takes a number for what it sees, noisier to the left, and keeps all numbers that it was given.
 #[derive(Default, Serialize, Deserialize)]
 struct Recorder {
     #[serde(skip)]

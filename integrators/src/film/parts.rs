@@ -1,7 +1,7 @@
 //! The film of an image that is taken apart.
 
-use super::PixelSink;
 use super::place::Place;
+use super::{Counts, PixelSink};
 use crate::contribution::{Contribution, Sink, Wants};
 use crate::integrator::Pixel;
 use crate::trail::ClassShare;
@@ -52,7 +52,7 @@ impl<P: Place + PixelSink> PixelSink for PartsFilm<'_, P> {
         self.0.start_point(pixel, weight, share);
     }
 
-    fn set_counts(&mut self, own: f32, splats: f32) {
-        self.0.set_counts(own, splats);
+    fn set_counts(&mut self, counts: Counts) {
+        self.0.set_counts(counts);
     }
 }

@@ -1,6 +1,6 @@
 //! The film of a method whose pixels share random numbers.
 
-use super::{BlockFilm, PixelSink, Place, Raster, Window};
+use super::{BlockFilm, Counts, PixelSink, Place, Raster, Window};
 use crate::contribution::{Contribution, Sink, Wants};
 use crate::integrator::Pixel;
 use crate::measurement::Counters;
@@ -113,9 +113,9 @@ impl<'f, 'r, A: Average> ResidualFilm<'f, 'r, A> {
     /// What a film does that takes a contribution for as large as it counts.
     fn as_often_as<T>(&mut self, c: &Contribution, does: impl FnOnce(&mut BlockFilm<'r>) -> T) -> T {
         let counts = self.source.counts(c, self.samples);
-        self.film.counts = (counts, counts);
+        self.film.counts = Counts { own: counts, splats: counts };
         let done = does(self.film);
-        self.film.counts = (1.0, 1.0);
+        self.film.counts = Counts::ONCE;
         done
     }
 
@@ -242,7 +242,7 @@ impl<A: Average> PixelSink for ResidualFilm<'_, '_, A> {
         self.film.start_point(pixel, weight, share);
     }
 
-    fn set_counts(&mut self, own: f32, splats: f32) {
-        self.film.set_counts(own, splats);
+    fn set_counts(&mut self, counts: Counts) {
+        self.film.set_counts(counts);
     }
 }
