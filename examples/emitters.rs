@@ -4,14 +4,14 @@
 //! $ cargo run --release --example emitters
 //! ```
 //!
-//! Two tables, of scenes of many emitters by how next-event estimation chooses among them (`emitter_choice`), and of single emitters near a
-//! floor by how it places points on them (`emitter_points`). Cells are the first rule's value over that of the other, with 95 % intervals:
+//! Two tables, of scenes of many emitters, or of few above a glossy plate, by how next-event estimation chooses among them (`emitter_choice`), and
+//! of single emitters near a floor by how it places points on them (`emitter_points`). Cells are the first rule's value over that of the other, with 95 % intervals:
 //! the variance of `path` at order 1, the time of a sample to order 2 on one thread, and the efficiency of both at order 1. Rules take turns,
 //! batch by batch, each batch with a seed of its own for all.
 
 use glam::{DVec3, dvec3};
 use integrators::{Layer, Methods, Orders, Render, RenderSettings};
-use sampling::bsdf::{Bsdf, Lambert};
+use sampling::bsdf::{Bsdf, Lambert, RoughConductor};
 use sampling::math::Spectrum;
 use sampling::moments::Moments;
 use sampling::sampler::{Role, SamplerKind};
@@ -50,6 +50,13 @@ const MANY: [(&str, Lamps); 4] = [
     }),
 ];
 
+/// Plates by their roughness.
+const GLOSSY: [(&str, f32); 3] = [
+    ("4 lamps in a plate of roughness 0.01", 0.01),
+    ("4 lamps in a plate of roughness 0.05", 0.05),
+    ("4 lamps in a plate of roughness 0.3", 0.3),
+];
+
 const NEAR: [(&str, Lamp); 5] = [
     ("a rectangle near it", |builder, black| {
         builder.quad(dvec3(-0.5, 0.3, -0.4), dvec3(1.0, 0.0, 0.0), dvec3(0.0, 0.0, 0.8), black)
@@ -81,7 +88,22 @@ fn main() -> Result<(), Failure> {
                 add(&mut builder, black);
                 builder.build(Skip::Unneeded)
             };
-            compare(name, &ChoiceRule::ALL.map(|rule| (rule.name(), rule)), scene)?;
+            compare(name, &ChoiceRule::FOR_ANY_NUMBER.map(|rule| (rule.name(), rule)), scene)?;
+        }
+        for (name, alpha) in GLOSSY {
+            compare(name, &[ChoiceRule::Power, ChoiceRule::Gloss].map(|rule| (rule.name(), rule)), |rule| {
+                let metal = RoughConductor::from_reflectance(Spectrum::splat(0.6), alpha, alpha);
+                let mut builder = floor_of(metal.into(), 4.0);
+                builder.emitter_choice(rule);
+                let black = builder.material(lambert(0.0));
+                for (x, radius, radiance) in
+                    [(-3.0, 0.6, 1.0), (-1.0, 0.2, 9.0), (1.0, 0.06, 100.0), (3.0, 0.02, 900.0)]
+                {
+                    let ball = builder.sphere(dvec3(x, 1.2, -2.0), radius, black);
+                    builder.emit(ball, Emission { radiance: f32::into(radiance), two_sided: false });
+                }
+                builder.build(Skip::Unneeded)
+            })?;
         }
         println!("\n| scene | `emitter_points` | variance | time | efficiency |\n|---|---|---:|---:|---:|");
         for (name, add) in NEAR {
@@ -105,9 +127,14 @@ fn lambert(albedo: f32) -> Bsdf {
 
 /// A grey square of this half side, seen from above one of its edges.
 fn floor(half: f64) -> SceneBuilder {
+    floor_of(lambert(0.5), half)
+}
+
+/// A square of this half side, seen from above one of its edges.
+fn floor_of(bsdf: Bsdf, half: f64) -> SceneBuilder {
     let mut builder = SceneBuilder::new("floor");
-    let grey = builder.material(lambert(0.5));
-    builder.quad(dvec3(-half, 0.0, half), dvec3(2.0 * half, 0.0, 0.0), dvec3(0.0, 0.0, -2.0 * half), grey);
+    let material = builder.material(bsdf);
+    builder.quad(dvec3(-half, 0.0, half), dvec3(2.0 * half, 0.0, 0.0), dvec3(0.0, 0.0, -2.0 * half), material);
     let (eye, target) = (dvec3(0.0, 1.6, 1.8) * half, DVec3::ZERO);
     builder.camera(CameraSettings::pinhole(eye, target, 40.0, SIZE));
     builder

@@ -2,10 +2,12 @@
 //!
 //! False-alarm rate: 0.1 % for each test (Šidák over pairs, orders and blocks).
 
-use crate::support::{ALL, Budget, COLUMNS, Entry, Family, agree, lambert, measure, method, room, shining};
+use crate::support::{ALL, Budget, COLUMNS, Entry, Family, agree, camera, lambert, measure, method, room, shining};
 use glam::{DVec3, dvec3};
+use sampling::bsdf::{Bsdf, RoughConductor, RoughDielectric, RoughPlastic};
 use sampling::math::Spectrum;
-use scenes::{Emission, MeshData, Scene, SceneBuilder, Skip, Texture};
+use scenes::{ChoiceRule, Emission, Falloff, MeshData, Scene, SceneBuilder, Skip, Spot, Texture};
+use serde_json::json;
 
 /// All methods, with samples in the ratio of what they cost.
 fn entries(samples: u32) -> [Entry; 4] {
@@ -103,4 +105,63 @@ fn a_strong_emitter_that_lights_nothing() {
         }
     }
     family.finish(0.8);
+}
+
+/// Balls of metal, of glass and of coated plastic, all rough, amid one emitter of each kind.
+fn gloss(rule: ChoiceRule) -> Scene {
+    let mut builder = room("gloss");
+    ceiling_lamp(&mut builder, 0.4, shining(6.0));
+    let metal = builder.material(Bsdf::from(RoughConductor::from_reflectance(Spectrum::splat(0.8), 0.2, 0.1)));
+    let glass = builder.material(Bsdf::from(RoughDielectric::new(1.5, 0.3, 0.3)));
+    let coated = builder.material(Bsdf::from(RoughPlastic::new(Spectrum::new(0.2, 0.5, 0.6), 1.5, 0.2)));
+    for (x, material) in [(-0.6, metal), (0.0, glass), (0.6, coated)] {
+        builder.sphere(dvec3(x, -0.65, 0.1), 0.3, material);
+    }
+    let black = builder.material(lambert(0.0));
+    let ball = builder.sphere(dvec3(-0.3, 0.0, -0.4), 0.1, black);
+    builder.emit(ball, shining(5.0));
+    builder.point_emitter(dvec3(0.5, 0.3, 0.4), Spectrum::new(0.2, 0.3, 0.1));
+    let (position, target) = (dvec3(-0.8, 0.8, 0.8), dvec3(-0.2, -0.7, 0.0));
+    let intensity = Spectrum::splat(0.5);
+    builder.spot(Spot { position, target, intensity, cutoff: 0.6, beam: 0.3, falloff: Falloff::Linear });
+    builder.directional_emitter(dvec3(-0.2, -0.5, -1.0), Spectrum::splat(0.2));
+    builder.environment(Spectrum::splat(0.1));
+    builder.emitter_choice(rule);
+    builder.build(Skip::Unneeded).unwrap()
+}
+
+#[test]
+fn gloss_among_every_kind() {
+    let direct =
+        ["emitter", "mis"].map(|strategy| Entry::new("direct", 64).with(strategy, json!({ "strategy": strategy })));
+    let mut entries = Vec::from(direct);
+    entries.extend(["path", "adaptive"].map(|name| Entry::new(name, 64).without_roulette()));
+    entries.push(Entry::new("path", 32).with("candidates", json!({"roulette": "none", "next_event_candidates": 3})));
+    entries.extend(["coherent", "guided"].map(|name| Entry::new(name, 32).without_roulette()));
+    entries.push(Entry::new("bdpt", 24).without_roulette());
+    agree("gloss among emitters of every kind", &gloss(ChoiceRule::Gloss), 2, &entries, 0.5);
+}
+
+/// Where four lamps are mirrored in rough plates, surfaces know which of them they mirror.
+#[test]
+fn surfaces_that_are_asked_leave_less_to_chance() {
+    let error = |rule: ChoiceRule| {
+        let mut builder = SceneBuilder::new("plate");
+        let metal = builder.material(Bsdf::from(RoughConductor::from_reflectance(Spectrum::splat(0.6), 0.05, 0.05)));
+        builder.quad(dvec3(-4.0, 0.0, 4.0), DVec3::X * 8.0, DVec3::Z * -8.0, metal);
+        let black = builder.material(lambert(0.0));
+        for (x, radius, radiance) in [(-3.0, 0.6, 1.0), (-1.0, 0.2, 9.0), (1.0, 0.06, 100.0), (3.0, 0.02, 900.0)] {
+            let ball = builder.sphere(dvec3(x, 1.2, -2.0), radius, black);
+            builder.emit(ball, shining(radiance));
+        }
+        builder.camera(camera(dvec3(0.0, 2.5, 6.0), DVec3::ZERO, 50.0, 48));
+        builder.emitter_choice(rule);
+        let scene = builder.build(Skip::Unneeded).unwrap();
+        let budget = Budget { samples: 16, replicates: 16, ..Budget::samples(1) }.up_to(1);
+        let m = measure(&scene, method("path").as_ref(), rule.name(), budget).measurement;
+        (0..m.pixels()).map(|pixel| m.variance(1, pixel).unwrap()[1]).sum::<f64>()
+    };
+    let ratio = error(ChoiceRule::Gloss) / error(ChoiceRule::Power);
+    println!("variance with gloss over that by power: {ratio:.3}");
+    assert!(ratio < 0.6, "{ratio}");
 }

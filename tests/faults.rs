@@ -84,6 +84,8 @@ const FAULTS: &[(&str, &str)] = &[
     ("guide_left_out_of_weights", "guided::diffuse_rooms"),
     ("samples_of_a_pixel_taken_for_all", "adaptive::samples_are_many_where_they_are_wanted_and_few_elsewhere"),
     ("splats_of_fewer_samples_taken_for_all", "adaptive::samples_are_many_where_they_are_wanted_and_few_elsewhere"),
+    ("odds_taken_for_even", "emitters::gloss_among_every_kind"),
+    ("odds_unknown_to_what_is_met", "emitters::gloss_among_every_kind"),
     ("samples_of_a_source_taken_for_all", "coherent::diffuse_rooms"),
     ("own_samples_at_places_of_their_own", "coherent::edges_have_the_means_of_their_sides"),
     ("share_of_a_run_forgotten", "composite::any_runs_have_the_means_of_one_method"),

@@ -130,7 +130,7 @@ fn a_black_environment_changes_nothing() {
 
 #[test]
 fn orders_not_asked_for_change_no_bit_of_the_others() {
-    for scene in ["cornell_box", "glass_caustic"] {
+    for scene in ["cornell_box", "glass_caustic", "veach_mis"] {
         let scene = builtin(scene, 24);
         for name in ["path", "light", "bdpt"] {
             let all = image(&scene, name, Orders::up_to(5));

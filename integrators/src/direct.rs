@@ -15,7 +15,7 @@ use sampling::bsdf::TransportMode;
 use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
 use sampling::sampler::{Purpose, Sampler, Subpath};
-use scenes::{EmitterId, Endpoint, Interaction, Needs, Scene};
+use scenes::{EmitterId, EmitterOdds, Endpoint, Interaction, Needs, Scene};
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 
@@ -129,9 +129,10 @@ impl Estimator for Direct {
             return;
         }
         sampler.start_vertex(Subpath::Camera, 1);
+        let odds = if self.strategy == Strategy::Bsdf { None } else { scene.emitter_odds(hit, wo) };
         let found = [
-            ((1, 2), self.by_emitter(scene, hit, wo, sampler, scratch)),
-            ((0, 3), self.by_bsdf(scene, hit, wo, sampler, scratch)),
+            ((1, 2), self.by_emitter(scene, (hit, wo, odds.as_ref()), sampler, scratch)),
+            ((0, 3), self.by_bsdf(scene, (hit, wo, odds.as_ref()), sampler, scratch)),
         ];
         for (technique, found) in found {
             let Some(Found { emitter, value, weight, wi, delta, end }) = found else { continue };
@@ -191,15 +192,14 @@ impl Direct {
     fn by_emitter(
         &self,
         scene: &Scene,
-        hit: &Interaction,
-        wo: Vec3,
+        (hit, wo, odds): (&Interaction, Vec3, Option<&EmitterOdds>),
         sampler: &mut Sampler,
         scratch: &mut Scratch,
     ) -> Option<Found> {
         if self.strategy == Strategy::Bsdf || !hit.is_connectable() {
             return None;
         }
-        let event = sample_next_event(scene, &hit.point, sampler)?;
+        let event = sample_next_event(scene, &hit.point, odds, sampler)?;
         scratch.counters.connections += 1;
         let (f, pdf) = hit.eval_pdf(wo, event.wi, TransportMode::Radiance);
         let value = f * event.radiance * event.wi.dot(hit.ns()).abs();
@@ -220,8 +220,7 @@ impl Direct {
     fn by_bsdf(
         &self,
         scene: &Scene,
-        hit: &Interaction,
-        wo: Vec3,
+        (hit, wo, odds): (&Interaction, Vec3, Option<&EmitterOdds>),
         sampler: &mut Sampler,
         scratch: &mut Scratch,
     ) -> Option<Found> {
@@ -237,12 +236,12 @@ impl Direct {
         let (emitter, le, pdf) = match &met {
             Some(next) => {
                 let emitter = next.emitter?;
-                let pdf = pdf_next_event(scene, &hit.point, emitter, next, sample.wi);
+                let pdf = pdf_next_event(scene, (&hit.point, odds), emitter, next, sample.wi);
                 (emitter, scene.le(next, -sample.wi), pdf)
             }
             None => {
                 let emitter = scene.environment?;
-                let pdf = pdf_next_event_environment(scene, &hit.point, emitter, sample.wi);
+                let pdf = pdf_next_event_environment(scene, (&hit.point, odds), emitter, sample.wi);
                 (emitter, scene.environment_le(sample.wi), pdf)
             }
         };

@@ -1,11 +1,12 @@
 //! Next-event estimation: a point on an emitter, chosen as seen from a point of the scene.
 
 use crate::reservoir::Reservoir;
+use sampling::fault;
 use sampling::math::Spectrum;
 use sampling::mis::Heuristic;
 use sampling::sampler::{Purpose, Sampler, Subpath};
 use sampling::{Vec2, Vec3};
-use scenes::{EmitterId, Endpoint, Interaction, Ray, Scene, SurfacePoint};
+use scenes::{EmitterId, EmitterOdds, Endpoint, Interaction, Ray, Scene, SurfacePoint};
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU16;
 
@@ -63,11 +64,20 @@ pub fn shadow_ray(from: &SurfacePoint, endpoint: &Endpoint, wi: Vec3) -> Ray {
     if endpoint.kind.is_infinite() { from.spawn(wi) } else { from.segment_to(&endpoint.at) }
 }
 
-/// Chooses an emitter and a point on it, as seen from a point. The sampler stands at the vertex. `None` where nothing can arrive.
+/// Chooses an emitter, by these odds or for the point, and a point on it, as seen from a point. The sampler stands at the vertex. `None` where nothing can
+/// arrive.
 #[inline(always)]
-pub fn sample_next_event(scene: &Scene, from: &SurfacePoint, sampler: &mut Sampler) -> Option<NextEvent> {
+pub fn sample_next_event(
+    scene: &Scene,
+    from: &SurfacePoint,
+    odds: Option<&EmitterOdds>,
+    sampler: &mut Sampler,
+) -> Option<NextEvent> {
     let uc = if scene.needs.emitter_choice { sampler.get_1d(Purpose::NextEmitter) } else { 0.0 };
-    let (emitter, pmf) = scene.choose_emitter_for(from, uc)?;
+    let (emitter, pmf) = match odds {
+        Some(odds) => odds.choose(uc),
+        None => scene.choose_emitter_for(from, uc)?,
+    };
     let u = sampler.get_2d(Purpose::NextPosition);
     let li = scene.sample_li(emitter, from.p, u)?;
     let pdf = li.pdf * pmf;
@@ -94,19 +104,19 @@ impl Candidates {
     pub fn choose<T>(
         self,
         scene: &Scene,
-        from: &SurfacePoint,
+        (from, odds): (&SurfacePoint, Option<&EmitterOdds>),
         sampler: &mut Sampler,
         mut contribution: impl FnMut(&NextEvent) -> (Spectrum, T),
     ) -> Option<(NextEvent, Spectrum, T)> {
         if self.count == NonZeroU16::MIN {
-            let event = sample_next_event(scene, from, sampler)?;
+            let event = sample_next_event(scene, from, odds, sampler)?;
             let (value, more) = contribution(&event);
             return Some((event, value, more));
         }
         let mut reservoir = Reservoir::new(sampler.get_1d(Purpose::NextEventChoice));
         for number in 0..self.count.get() {
             sampler.start_vertex(Subpath::Camera, self.vertex + u32::from(number) * FURTHER);
-            if let Some(event) = sample_next_event(scene, from, sampler) {
+            if let Some(event) = sample_next_event(scene, from, odds, sampler) {
                 let (value, more) = contribution(&event);
                 reservoir.offer((event, value, more), value.luminance());
             }
@@ -117,16 +127,36 @@ impl Candidates {
     }
 }
 
-/// Density [1/sr] with which [`sample_next_event`] from a point gives the emitting surface point that a ray along `wi` hit.
+/// Density [1/sr] with which [`sample_next_event`] from a point, by these odds, gives the emitting surface point that a ray along `wi` hit.
 #[inline]
-pub fn pdf_next_event(scene: &Scene, from: &SurfacePoint, emitter: EmitterId, hit: &Interaction, wi: Vec3) -> f32 {
-    scene.emitter_pmf_for(emitter, from) * scene.pdf_li(emitter, from.p, &scene.endpoint_of(hit), wi)
+pub fn pdf_next_event(
+    scene: &Scene,
+    (from, odds): (&SurfacePoint, Option<&EmitterOdds>),
+    emitter: EmitterId,
+    hit: &Interaction,
+    wi: Vec3,
+) -> f32 {
+    pmf(scene, from, odds, emitter) * scene.pdf_li(emitter, from.p, &scene.endpoint_of(hit), wi)
 }
 
-/// Density [1/sr] with which [`sample_next_event`] from a point gives the environment in direction `wi`.
+/// Density [1/sr] with which [`sample_next_event`] from a point, by these odds, gives the environment in direction `wi`.
 #[inline]
-pub fn pdf_next_event_environment(scene: &Scene, from: &SurfacePoint, emitter: EmitterId, wi: Vec3) -> f32 {
-    scene.emitter_pmf_for(emitter, from) * scene.pdf_li(emitter, from.p, &scene.environment_endpoint(wi), wi)
+pub fn pdf_next_event_environment(
+    scene: &Scene,
+    (from, odds): (&SurfacePoint, Option<&EmitterOdds>),
+    emitter: EmitterId,
+    wi: Vec3,
+) -> f32 {
+    pmf(scene, from, odds, emitter) * scene.pdf_li(emitter, from.p, &scene.environment_endpoint(wi), wi)
+}
+
+/// The probability that [`sample_next_event`] by these odds chooses an emitter.
+#[inline]
+fn pmf(scene: &Scene, from: &SurfacePoint, odds: Option<&EmitterOdds>, emitter: EmitterId) -> f32 {
+    match fault!("odds_unknown_to_what_is_met", odds, None) {
+        Some(odds) => odds.pmf(emitter),
+        None => scene.emitter_pmf_for(emitter, from),
+    }
 }
 
 /// MIS weight of a sample of the first of two techniques, by their densities [1/sr] at the same vertex.

@@ -157,8 +157,20 @@ impl Path {
             scratch.camera.push(PathVertex::of_camera(scene, sample.at, sample.weight));
         }
         let (settings, pdf) = (self, sample.pdf_d);
-        let mut walk =
-            Walk { scene, request, settings, guide, raster, beta, order: 0, last: None, pdf, classifier, out };
+        let mut walk = Walk {
+            scene,
+            request,
+            settings,
+            guide,
+            raster,
+            beta,
+            order: 0,
+            last: None,
+            odds: None,
+            pdf,
+            classifier,
+            out,
+        };
         walk.run(sample.ray, sampler, scratch);
     }
 }

@@ -111,6 +111,7 @@
 //! - `[Johnson74]` P. B. Johnson, R. W. Christy: *Optical constants of transition metals: Ti, V, Cr, Mn, Fe, Co, Ni, and
 //!   Pd*, Physical Review B 9, 1974.
 //! - `[Kajiya86]` J. T. Kajiya: *The rendering equation*, SIGGRAPH 1986.
+//! - `[Karis13]` B. Karis: *Real shading in Unreal Engine 4*, SIGGRAPH 2013 course *Physically based shading in theory and practice*.
 //! - `[Kelemen02]` C. Kelemen, L. Szirmay-Kalos, G. Antal, F. Csonka: *A simple and robust mutation strategy for the Metropolis light
 //!   transport algorithm*, Computer Graphics Forum 21(3), 2002.
 //! - `[Kensler13]` A. Kensler: *Correlated multi-jittered sampling*, Pixar technical memo 13-01, 2013.

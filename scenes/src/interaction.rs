@@ -65,6 +65,14 @@ impl Interaction {
         self.frame.z
     }
 
+    /// The normal that light scatters about towards `wo`: what a map turns to who sees it from there.
+    pub(crate) fn normal_seen_from(&self, wo: Vec3) -> Vec3 {
+        match &self.normals {
+            Normals::Tilted(tilt) => self.frame.to_world(tilt.normal_of(tilt.seen_from(self.frame.to_local(wo)))),
+            Normals::Flat | Normals::Smooth => self.ns(),
+        }
+    }
+
     /// True if it has a lobe that a connection can use, one that isn't a Dirac delta.
     #[inline]
     pub fn is_connectable(&self) -> bool {

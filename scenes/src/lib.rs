@@ -63,7 +63,7 @@ pub use builder::{
     SceneBuilder, ShapeId, Similarity, Spot,
 };
 pub use camera::{Camera, Crop, Projection, Rays, WeSample, WiSample};
-pub use emitter::{Emitter, EmitterId, Endpoint, EndpointKind, LeSample, LiSample};
+pub use emitter::{Emitter, EmitterId, EmitterOdds, Endpoint, EndpointKind, LeSample, LiSample};
 pub use error::SceneError;
 pub use interaction::Interaction;
 pub use labels::{Labels, LightGroup};

@@ -11,8 +11,8 @@ use crate::accel::{Accel, Kernel};
 use crate::builtin;
 use crate::camera::{Camera, Crop};
 use crate::emitter::{
-    ChoiceRule, Emitter, EmitterChoice, EmitterId, Endpoint, EndpointKind, LeSample, LiSample, NextEventChoice,
-    PointRule,
+    ChoiceRule, Emitter, EmitterChoice, EmitterId, EmitterOdds, Endpoint, EndpointKind, LeSample, LiSample,
+    NextEventChoice, PointRule,
 };
 use crate::interaction::Interaction;
 use crate::labels::Labels;
@@ -262,6 +262,13 @@ impl Scene {
     #[inline]
     pub fn emitter_pmf_for(&self, id: EmitterId, at: &SurfacePoint) -> f32 {
         self.next_event_choice.pmf(&self.choice, at, id)
+    }
+
+    /// How likely each emitter is to be chosen for light that a surface scatters towards `wo`, in place of
+    /// [`choose_emitter_for`](Self::choose_emitter_for), if the scene's rule asks surfaces and this one says more than its place does.
+    #[inline]
+    pub fn emitter_odds(&self, it: &Interaction, wo: Vec3) -> Option<EmitterOdds> {
+        self.next_event_choice.odds(&self.choice, it, wo)
     }
 
     /// An endpoint on an emitter for the point `p_ref` to be lit by; None if the sampled one cannot light it.

@@ -172,7 +172,7 @@ impl<'a, S: Sink> Join<'a, S> {
         let Site::Surface(interaction) = &z.site else { return None };
         sampler.start_vertex(Subpath::Camera, t as u32 - 1);
         let candidates = Candidates { vertex: t as u32 - 1, count: self.settings.next_event_candidates };
-        let chosen = candidates.choose(self.scene, &z.at, sampler, |event| {
+        let chosen = candidates.choose(self.scene, (&z.at, None), sampler, |event| {
             self.counters.connections += 1;
             let f = interaction.eval(z.wo, event.wi, TransportMode::Radiance);
             (z.beta * f * event.radiance * event.wi.dot(interaction.ns()).abs(), ())
@@ -185,7 +185,7 @@ impl<'a, S: Sink> Join<'a, S> {
         let from = self.camera[0].at;
         // It is seen wherever it is, whatever pixel it is counted to, as a light walk is.
         sampler.start_vertex(Subpath::Light, 0);
-        let Some(event) = sample_next_event(self.scene, &from, sampler) else { return };
+        let Some(event) = sample_next_event(self.scene, &from, None, sampler) else { return };
         if event.delta {
             return;
         }

@@ -18,7 +18,7 @@ use sampling::fault;
 use sampling::math::Spectrum;
 use sampling::sampler::{Purpose, Sampler, Subpath};
 use sampling::subsurface::Subsurface;
-use scenes::{EmitterId, Interaction, Ray, Scene, SurfacePoint};
+use scenes::{EmitterId, EmitterOdds, Interaction, Ray, Scene, SurfacePoint};
 
 /// Where the walk last scattered by a lobe that next-event estimation could also have used.
 #[derive(Clone, Copy)]
@@ -40,6 +40,8 @@ pub(super) struct Walk<'a, G, S> {
     pub(super) order: usize,
     /// `None` where only this walk can meet emitters: at the camera, after a delta lobe, without next-event estimation.
     pub(super) last: Option<Scattering>,
+    /// How next-event estimation chose among emitters there, if the surface had a say in it.
+    pub(super) odds: Option<EmitterOdds>,
     /// Density of the walk's direction [1/sr], or the probability of a delta lobe's; kept for sinks that ask for vertices.
     pub(super) pdf: f32,
     /// Where classes are asked for, what tells them.
@@ -102,7 +104,7 @@ impl<G: Guide, S: Sink> Walk<'_, G, S> {
         let weight = match self.last {
             None => 1.0,
             Some(last) => {
-                let pdf = pdf_next_event(self.scene, &last.at, emitter, hit, -wo);
+                let pdf = pdf_next_event(self.scene, (&last.at, self.odds.as_ref()), emitter, hit, -wo);
                 fault!("emission_counted_twice", weight2(self.settings.mis, last.pdf, pdf), 1.0)
             }
         };
@@ -118,7 +120,7 @@ impl<G: Guide, S: Sink> Walk<'_, G, S> {
         let weight = match self.last {
             None => 1.0,
             Some(last) => {
-                let pdf = pdf_next_event_environment(self.scene, &last.at, emitter, direction);
+                let pdf = pdf_next_event_environment(self.scene, (&last.at, self.odds.as_ref()), emitter, direction);
                 weight2(self.settings.mis, last.pdf, pdf)
             }
         };
@@ -202,11 +204,13 @@ impl<G: Guide, S: Sink> Walk<'_, G, S> {
         sampler: &mut Sampler,
         scratch: &mut Scratch,
     ) {
+        self.odds = None;
         if self.settings.strategy == Strategy::Bsdf || !self.request.wants(self.order + 1) {
             return;
         }
         let candidates = Candidates { vertex: self.order as u32 + 1, count: self.settings.next_event_candidates };
-        let chosen = candidates.choose(self.scene, from, sampler, |event| {
+        self.odds = bounce.and_then(|(hit, wo)| self.scene.emitter_odds(hit, wo));
+        let chosen = candidates.choose(self.scene, (from, self.odds.as_ref()), sampler, |event| {
             scratch.counters.connections += 1;
             let Scattered { f, cos, pdf } = scattered(event.wi);
             (self.beta * f * event.radiance * cos, pdf)

@@ -88,7 +88,8 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
     }
     // Skips change no image, so the hash is taken of what was given.
     let given = materials(&builder.materials, shift, Skip::Unneeded);
-    let choice_rule = builder.choice_rule.unwrap_or_else(|| ChoiceRule::for_emitters(&parts.emitters));
+    let choice_rule =
+        builder.choice_rule.unwrap_or_else(|| ChoiceRule::for_emitters(&parts.emitters, parts.asks_surfaces()));
     let hash = hash(&parts.content(&given, environment, &camera), choice_rule, parts.point_rule);
     let (needs, facts) = (parts.needs(&camera, skip), parts.needs(&camera, Skip::Unneeded));
     let accel = parts.take_accel(camera.extent(), skip);

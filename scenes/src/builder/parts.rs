@@ -6,7 +6,7 @@ use super::varying::{Looked, check_coordinates, look};
 use super::{MaterialName, Shape};
 use crate::accel::{Accel, Instance, Prototype, are_few};
 use crate::camera::{Camera, Rays};
-use crate::emitter::{Emission, Emitter, EmitterId, PointRule};
+use crate::emitter::{Emission, Emitter, EmitterId, PointRule, is_asked};
 use crate::error::SceneError;
 use crate::labels::Labels;
 use crate::material::Material;
@@ -325,6 +325,11 @@ impl Parts {
             subsurface::bound(&mut materials, &places);
         }
         self.materials = materials;
+    }
+
+    /// Whether there are surfaces that have a say in which emitter lights them.
+    pub fn asks_surfaces(&self) -> bool {
+        self.surfaces.iter().any(|surface| is_asked(self.materials[surface.material.0 as usize].lobes()))
     }
 
     /// What the scene asks of a method; called once all emitters are there.

@@ -1,10 +1,13 @@
 //! Which emitter to sample: for light walks in proportion to power, for a point to be lit as the scene's rule says.
 
+use super::gloss::{EmitterOdds, GlossChoice};
 use super::tree::EmitterTree;
 use super::{Emitter, EmitterId};
 use crate::error::SceneError;
+use crate::interaction::Interaction;
 use crate::needs::{Skip, Work};
 use crate::ray::SurfacePoint;
+use sampling::Vec3;
 use sampling::alias::AliasTable;
 use sampling::fault;
 
@@ -73,20 +76,27 @@ pub enum ChoiceRule {
     Uniform,
     /// By a tree of emitters, in proportion to the light that they may bring to the point.
     Tree,
+    /// By power, and in `path` and `direct` on glossy surfaces in proportion to what these may scatter of each.
+    Gloss,
 }
 
 impl ChoiceRule {
     /// The names by which it is chosen.
-    pub const NAMES: [&str; 3] = ["power", "uniform", "tree"];
+    pub const NAMES: [&str; 4] = ["power", "uniform", "tree", "gloss"];
     /// All of them, in the order of their names.
-    pub const ALL: [Self; 3] = [Self::Power, Self::Uniform, Self::Tree];
+    pub const ALL: [Self; 4] = [Self::Power, Self::Uniform, Self::Tree, Self::Gloss];
+    /// Those that any number of emitters can have.
+    pub const FOR_ANY_NUMBER: [Self; 3] = [Self::Power, Self::Uniform, Self::Tree];
     /// Up to so many emitters of some power, a tree is not worth its steps.
     const FEW: usize = 8;
 
-    /// The rule for a scene that does not say: by power where there are few emitters, else by a tree.
-    pub(crate) fn for_emitters(emitters: &[Emitter]) -> Self {
-        let bright = emitters.iter().filter(|emitter| emitter.power() > 0.0).count();
-        if bright > Self::FEW { Self::Tree } else { Self::Power }
+    /// The rule for a scene that does not say: by a tree where there are many emitters, else by power, or by gloss where there is some and a choice.
+    pub(crate) fn for_emitters(emitters: &[Emitter], glossy: bool) -> Self {
+        match emitters.iter().filter(|emitter| emitter.power() > 0.0).count() {
+            bright if bright > Self::FEW => Self::Tree,
+            bright if bright > 1 && glossy && emitters.len() <= GlossChoice::MOST => Self::Gloss,
+            _ => Self::Power,
+        }
     }
 
     /// Its name.
@@ -104,6 +114,8 @@ pub(crate) enum NextEventChoice {
     Uniform(EmitterChoice),
     /// By a tree.
     Tree(TreeChoice),
+    /// As for light walks, but for light that glossy surfaces scatter.
+    Gloss(GlossChoice),
 }
 
 /// A tree for the emitters that are somewhere, beside those that lie infinitely far, each of which is as likely as the whole tree.
@@ -116,8 +128,8 @@ pub(crate) struct TreeChoice {
     distant: Vec<EmitterId>,
 }
 
-/// The part of a tree's choices that are by power.
-const BY_POWER: f32 = 0.125;
+/// The part of a tree's choices that are by power, and of those for glossy surfaces.
+pub(super) const BY_POWER: f32 = 0.125;
 
 impl NextEventChoice {
     /// The choice among these emitters.
@@ -138,13 +150,21 @@ impl NextEventChoice {
                 NextEventChoice::Uniform(EmitterChoice::Table(table))
             }
             ChoiceRule::Tree => {
-                let is_distant = |index: &usize| {
-                    let emitter = &emitters[*index];
-                    bright[*index] && (emitter.is_environment() || matches!(emitter, Emitter::Directional(_)))
-                };
+                let is_distant = |index: &usize| bright[*index] && emitters[*index].is_distant();
                 let distant = (0..emitters.len()).filter(is_distant).map(|index| EmitterId(index as u32)).collect();
                 NextEventChoice::Tree(TreeChoice { tree: EmitterTree::new(emitters), distant })
             }
+            ChoiceRule::Gloss if emitters.len() > GlossChoice::MOST => {
+                let message = format!(
+                    "`gloss` asks every glossy surface for each emitter, bright or dark, which are {} at most, and there are {}",
+                    GlossChoice::MOST,
+                    emitters.len()
+                );
+                return Err(SceneError::invalid(message, "write `emitter_choice = \"tree\"`"));
+            }
+            // One is chosen whatever a surface says.
+            ChoiceRule::Gloss if bright.iter().filter(|bright| **bright).count() < 2 => NextEventChoice::Power,
+            ChoiceRule::Gloss => NextEventChoice::Gloss(GlossChoice::new(emitters)),
         })
     }
 
@@ -152,7 +172,7 @@ impl NextEventChoice {
     #[inline]
     pub fn sample(&self, by_power: &EmitterChoice, at: &SurfacePoint, uc: f32) -> Option<(EmitterId, f32)> {
         match self {
-            NextEventChoice::Power => by_power.sample(uc),
+            NextEventChoice::Power | NextEventChoice::Gloss(_) => by_power.sample(uc),
             NextEventChoice::Uniform(table) => table.sample(uc),
             NextEventChoice::Tree(tree) => tree.sample(by_power, at, uc),
         }
@@ -162,9 +182,18 @@ impl NextEventChoice {
     #[inline]
     pub fn pmf(&self, by_power: &EmitterChoice, at: &SurfacePoint, id: EmitterId) -> f32 {
         match self {
-            NextEventChoice::Power => by_power.pmf(id),
+            NextEventChoice::Power | NextEventChoice::Gloss(_) => by_power.pmf(id),
             NextEventChoice::Uniform(table) => table.pmf(id),
             NextEventChoice::Tree(tree) => tree.pmf(by_power, at, id),
+        }
+    }
+
+    /// How likely each emitter is to be chosen for light that a surface scatters towards `wo`, if that says more than its place does.
+    #[inline]
+    pub fn odds(&self, by_power: &EmitterChoice, it: &Interaction, wo: Vec3) -> Option<EmitterOdds> {
+        match self {
+            NextEventChoice::Gloss(gloss) => gloss.odds(by_power, it, wo),
+            _ => None,
         }
     }
 }

@@ -138,6 +138,11 @@ impl ImageEnvironment {
         self.bounds.disc_area() * self.integral
     }
 
+    /// The mean of all directions \[W/(m²·sr)\], the mean of the channels.
+    pub fn mean_radiance(&self) -> f64 {
+        self.integral / (4.0 * std::f64::consts::PI)
+    }
+
     /// The largest radiance, channel by channel.
     pub fn brightest(&self) -> Spectrum {
         let (_, [r, g, b, _]) = self.image.range();

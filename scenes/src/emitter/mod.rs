@@ -8,6 +8,7 @@ mod bounds;
 mod choice;
 mod directional;
 mod environment;
+mod gloss;
 mod image;
 mod mapping;
 mod point;
@@ -20,6 +21,8 @@ pub use choice::ChoiceRule;
 pub(crate) use choice::{EmitterChoice, NextEventChoice};
 pub use directional::DirectionalEmitter;
 pub use environment::ConstantEnvironment;
+pub use gloss::EmitterOdds;
+pub(crate) use gloss::is_asked;
 pub use image::{EnvironmentImage, ImageEnvironment};
 pub use mapping::Mapping;
 pub use point::PointEmitter;
@@ -78,6 +81,11 @@ impl Emitter {
     /// True if no ray can meet it.
     pub fn is_delta(&self) -> bool {
         matches!(self, Emitter::Point(_) | Emitter::Spot(_) | Emitter::Directional(_))
+    }
+
+    /// True if it lies infinitely far.
+    pub fn is_distant(&self) -> bool {
+        self.is_environment() || matches!(self, Emitter::Directional(_))
     }
 
     /// True if it lights the scene from infinitely far, wherever rays end.

@@ -1,5 +1,6 @@
 mod choice;
 mod distant;
+mod gloss;
 
 use super::*;
 use crate::builder::{Emission, MeshData, SceneBuilder};

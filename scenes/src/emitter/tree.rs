@@ -1,13 +1,10 @@
 //! A hierarchy of emitters, for a choice that depends on the point to be lit \[Conty18\].
 
-use super::bounds::{Bounds, Cone, strength};
+use super::bounds::{Bounds, Outline, strongest};
 use super::{Emitter, EmitterId};
 use crate::ray::SurfacePoint;
-use sampling::Vec3;
 use sampling::fault;
 
-/// Margin of angles that are compared, for rounding \[rad\].
-const MARGIN: f32 = 1e-3;
 /// Depth from which nodes are halved by number, so that no path is long.
 const DEEP: usize = 40;
 
@@ -25,15 +22,7 @@ pub(super) struct EmitterTree {
 struct Node {
     parent: u32,
     content: Content,
-    middle: Vec3,
-    /// Half the diagonal of its box, squared.
-    reach2: f32,
-    axis: Vec3,
-    /// Sine and cosine of the cone of normals.
-    normals: [f32; 2],
-    /// Cosine of the angle beyond which it is dark.
-    cos_emission: f32,
-    strength: f32,
+    outline: Outline,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -47,8 +36,7 @@ impl EmitterTree {
     /// The tree over the emitters that have power and are somewhere.
     pub fn new(emitters: &[Emitter]) -> Self {
         let bright = |(_, emitter): &(usize, &Emitter)| emitter.power() > 0.0;
-        let all = Cone { axis: Vec3::Z, normals: 0.0, emission: 0.0 };
-        let strongest = emitters.iter().map(|emitter| strength(emitter, &all)).fold(0.0, f64::max);
+        let strongest = strongest(emitters.iter());
         let mut members: Vec<(EmitterId, Bounds)> = emitters
             .iter()
             .enumerate()
@@ -72,10 +60,10 @@ impl EmitterTree {
         let bounds = members.iter().map(|(_, bounds)| *bounds).reduce(Bounds::union).expect("a node has members");
         if let [(id, _)] = members {
             self.leaves[id.0 as usize] = Some(place as u32);
-            self.nodes.push(Node::new(parent, Content::Leaf(*id), &bounds));
+            self.nodes.push(Node { parent, content: Content::Leaf(*id), outline: Outline::of(&bounds) });
             return bounds;
         }
-        self.nodes.push(Node::new(parent, Content::Inner(0), &bounds));
+        self.nodes.push(Node { parent, content: Content::Inner(0), outline: Outline::of(&bounds) });
         let at = split(members, depth);
         let (first, second) = members.split_at_mut(at);
         self.add(first, place as u32, depth + 1);
@@ -124,7 +112,7 @@ impl EmitterTree {
     /// The probability of a node's first child; None where neither can light the point.
     #[inline]
     fn first_share(&self, node: usize, second: usize, at: &SurfacePoint) -> Option<f32> {
-        let [a, b] = [node + 1, second].map(|child| self.nodes[child].importance(at));
+        let [a, b] = [node + 1, second].map(|child| self.nodes[child].outline.importance(at));
         (a + b > 0.0).then(|| a / (a + b))
     }
 }
@@ -167,60 +155,4 @@ fn split(members: &mut [(EmitterId, Bounds)], depth: usize) -> usize {
 /// By the middles' places along an axis; emitters at the same place keep the order of the scene.
 fn sort(members: &mut [(EmitterId, Bounds)], axis: usize) {
     members.sort_by(|(a, of_a), (b, of_b)| of_a.middle()[axis].total_cmp(&of_b.middle()[axis]).then(a.0.cmp(&b.0)));
-}
-
-impl Node {
-    fn new(parent: u32, content: Content, bounds: &Bounds) -> Self {
-        let Cone { axis, normals, emission } = bounds.cone;
-        Node {
-            parent,
-            content,
-            middle: bounds.middle(),
-            reach2: 0.25 * (bounds.high - bounds.low).length_squared(),
-            axis,
-            normals: normals.sin_cos().into(),
-            cos_emission: (emission + MARGIN).cos(),
-            strength: bounds.strength,
-        }
-    }
-
-    /// About the greatest irradiance that it may bring to a point, over the strongest emitter's strength \[Conty18, 4.2\]: its
-    /// strength over the squared distance, times the cosine at the emitters where they face the point best, and that at the
-    /// point, whichever side of its surface is lit.
-    #[inline]
-    fn importance(&self, at: &SurfacePoint) -> f32 {
-        let to_point = at.p - self.middle;
-        let distance2 = to_point.length_squared();
-        let strength = self.strength / distance2.max(self.reach2).max(1e-30);
-        if distance2 <= self.reach2 {
-            return strength;
-        }
-        let w = to_point / distance2.sqrt();
-        // What the box fills of the view.
-        let sin2 = self.reach2 / distance2;
-        let wide = [sin2.sqrt(), (1.0 - sin2).sqrt()];
-        let off_axis = angle(self.axis.dot(w));
-        let nearest = less(less(off_axis, self.normals), wide);
-        if nearest[1] <= self.cos_emission {
-            return 0.0;
-        }
-        let received = if at.ng == Vec3::ZERO { 1.0 } else { less(angle(at.ng.dot(w).abs()), wide)[1] };
-        strength * nearest[1].max(0.0) * received.max(0.0)
-    }
-}
-
-/// Sine and cosine of the angle in [0, π] that has this cosine.
-#[inline]
-fn angle(cosine: f32) -> [f32; 2] {
-    let cosine = cosine.clamp(-1.0, 1.0);
-    [(1.0 - cosine * cosine).sqrt(), cosine]
-}
-
-/// Sine and cosine of max(a − b, 0), of angles in [0, π] by theirs.
-#[inline]
-fn less(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
-    if a[1] >= b[1] {
-        return [0.0, 1.0];
-    }
-    [a[0] * b[1] - a[1] * b[0], a[1] * b[1] + a[0] * b[0]]
 }

@@ -163,6 +163,10 @@ fn look(scene: &Scene) {
         if let Some((id, _)) = scene.choose_emitter_for(&it.point, u.y) {
             _ = scene.sample_li(id, it.point.p, u);
         }
+        if let Some(odds) = scene.emitter_odds(&it, wo) {
+            let (id, pmf) = odds.choose(u.y);
+            assert!(pmf > 0.0 && pmf <= 1.0 && pmf == odds.pmf(id), "the odds are {odds:?}");
+        }
     }
     if let Some((id, _)) = scene.choose_emitter(0.5) {
         _ = scene.sample_le(id, vec2(0.4, 0.6), vec2(0.2, 0.7));
