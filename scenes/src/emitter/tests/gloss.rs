@@ -36,7 +36,7 @@ fn every_kind(scale: f64, ball: impl Into<Bsdf>) -> Scene {
     builder.emit(lamp, shining(0.1));
     let intensity = Spectrum::splat((scale * scale) as f32);
     builder.point_emitter(dvec3(-2.0, 1.0, 1.0) * scale, intensity);
-    builder.spot(Spot { position: DVec3::Z * 2.0 * scale, target: DVec3::ZERO, intensity, ..spots()[0].clone() });
+    builder.spot(Spot { position: DVec3::Z * 2.0 * scale, target: DVec3::ZERO, intensity, ..spots()[0] });
     builder.directional_emitter(dvec3(1.0, -1.0, -1.0), Spectrum::splat(0.5));
     builder.environment_image(sky((8, 4), Mapping::Equirectangular, DMat3::IDENTITY, |column, _| column as f32));
     built(builder, Skip::Unneeded)
