@@ -44,8 +44,9 @@ type = "constant"
 radiance = 0.3
 "#;
 
-fn open(filter: Filter) -> Scene {
-    let folder = folder_with(&[("open.toml", OPEN)]);
+/// With so many pixels in a row and in a column.
+fn open(filter: Filter, side: u32) -> Scene {
+    let folder = folder_with(&[("open.toml", &OPEN.replace("= 16\n", &format!("= {side}\n")))]);
     let mut scene = load(folder.path().join("open.toml").to_str().unwrap(), &LoadOptions::default()).unwrap();
     scene.camera.set_filter(filter);
     scene
@@ -60,13 +61,13 @@ fn samples_are_many_where_they_are_wanted_and_few_elsewhere() {
         let mut entries = Vec::from(adaptive.map(|(name, samples)| Entry::new(name, samples).without_roulette()));
         entries.push(Entry::new("composite", 128).with("adaptive_bdpt in a composite", runs.clone()));
         entries.push(Entry::new("bdpt", 48).without_roulette());
-        agree(&format!("adaptive in the open, {filter}"), &open(filter), 3, &entries, 0.3);
+        agree(&format!("adaptive in the open, {filter}"), &open(filter, 16), 3, &entries, 0.3);
     }
 }
 
 #[test]
 fn every_sampler() {
-    let scene = open(Filter::Triangle);
+    let scene = open(Filter::Triangle, 16);
     let budget = |sampler| Budget { samples: 16, replicates: 48, sampler, ..Budget::samples(1) }.up_to(1);
     let path = measure(&scene, method_with("path", json!({})).as_ref(), "path", budget(SamplerKind::Independent));
     let mut family = Family::new("adaptive by samplers");
@@ -85,7 +86,7 @@ fn every_sampler() {
 /// What is taken apart has the same image.
 #[test]
 fn parts_have_the_bits_of_the_whole() {
-    let scene = open(Filter::Box);
+    let scene = open(Filter::Box, 16);
     for name in ["adaptive", "adaptive_bdpt"] {
         let image = |strategies: bool| {
             let settings = RenderSettings {
@@ -112,8 +113,7 @@ fn parts_have_the_bits_of_the_whole() {
 /// With 64 independent samples of each of 96x96 pixels, those of the sky, which err by nothing, leave theirs to others.
 #[test]
 fn errors_are_less_for_the_same_number_of_samples() {
-    let folder = folder_with(&[("open.toml", &OPEN.replace("= 16\n", "= 96\n"))]);
-    let scene = load(folder.path().join("open.toml").to_str().unwrap(), &LoadOptions::default()).unwrap();
+    let scene = open(Filter::Box, 96);
     let ratio = error(&scene, "adaptive") / error(&scene, "path");
     println!("error by adaptive over that by path: {ratio:.3}");
     assert!(ratio < 0.8, "{ratio}");

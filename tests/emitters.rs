@@ -108,7 +108,7 @@ fn a_strong_emitter_that_lights_nothing() {
 }
 
 /// Balls of metal, of glass and of coated plastic, all rough, amid one emitter of each kind.
-fn gloss(rule: ChoiceRule) -> Scene {
+fn gloss() -> Scene {
     let mut builder = room("gloss");
     ceiling_lamp(&mut builder, 0.4, shining(6.0));
     let metal = builder.material(Bsdf::from(RoughConductor::from_reflectance(Spectrum::splat(0.8), 0.2, 0.1)));
@@ -126,7 +126,7 @@ fn gloss(rule: ChoiceRule) -> Scene {
     builder.spot(Spot { position, target, intensity, cutoff: 0.6, beam: 0.3, falloff: Falloff::Linear });
     builder.directional_emitter(dvec3(-0.2, -0.5, -1.0), Spectrum::splat(0.2));
     builder.environment(Spectrum::splat(0.1));
-    builder.emitter_choice(rule);
+    builder.emitter_choice(ChoiceRule::Gloss);
     builder.build(Skip::Unneeded).unwrap()
 }
 
@@ -139,7 +139,7 @@ fn gloss_among_every_kind() {
     entries.push(Entry::new("path", 32).with("candidates", json!({"roulette": "none", "next_event_candidates": 3})));
     entries.extend(["coherent", "guided"].map(|name| Entry::new(name, 32).without_roulette()));
     entries.push(Entry::new("bdpt", 24).without_roulette());
-    agree("gloss among emitters of every kind", &gloss(ChoiceRule::Gloss), 2, &entries, 0.5);
+    agree("gloss among emitters of every kind", &gloss(), 2, &entries, 0.5);
 }
 
 /// Where four lamps are mirrored in rough plates, surfaces know which of them they mirror.

@@ -7,6 +7,7 @@ use crate::interaction::Interaction;
 use sampling::Vec3;
 use sampling::bsdf::{Lobes, TransportMode};
 use sampling::fault;
+use sampling::math::reflect;
 use std::f32::consts::PI;
 
 /// The number of random numbers of 24 bits.
@@ -107,8 +108,7 @@ impl GlossChoice {
 
     #[inline(never)]
     fn odds_of_glossy(&self, by_power: &EmitterChoice, it: &Interaction, wo: Vec3) -> Option<EmitterOdds> {
-        let n = it.normal_seen_from(wo);
-        let mirrored = 2.0 * wo.dot(n) * n - wo;
+        let mirrored = reflect(wo, it.normal_seen_from(wo));
         let mut weights = [0.0; Self::MOST];
         weights.iter_mut().zip(&self.0).for_each(|(weight, seen)| *weight = seen.scattered(it, wo, mirrored));
         let share = (1.0 - BY_POWER) / weights.iter().sum::<f32>();
