@@ -59,86 +59,99 @@ impl<T: Copy + PartialOrd> Stack<T> {
 /// Eight numbers in one AVX2 register.
 ///
 /// What makes it sound is [`Avx2`](eight::Avx2): there is a value of it only where the processor has been asked, and all eight numbers
-/// come of one. The feature FMA is not enabled, so that no product and sum are ever fused.
+/// come of one. Products and sums are fused where that is asked for, and nowhere else.
 #[cfg(target_arch = "x86_64")]
 pub(super) mod eight {
     use super::super::lanes::{Lanes, WIDTH};
-    use super::super::query::Query;
+    use super::super::query::Line;
     use super::super::{Accel, Best, Hit};
     use crate::ray::Ray;
     use sampling::vec3;
     use std::arch::x86_64::*;
     use std::ops::{Add, Div, Mul, Sub};
 
-    /// Says that the processor has AVX2, and BMI1, which all with AVX2 have so far.
+    /// Says that the processor has AVX2, and BMI1 and FMA, which all with AVX2 have so far.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub struct Avx2(());
 
     impl Avx2 {
         /// Asks the processor.
         pub fn detect() -> Option<Self> {
-            (is_x86_feature_detected!("avx2") && is_x86_feature_detected!("bmi1")).then_some(Avx2(()))
+            let all =
+                is_x86_feature_detected!("avx2") && is_x86_feature_detected!("bmi1") && is_x86_feature_detected!("fma");
+            all.then_some(Avx2(()))
         }
 
-        /// [`Accel::closest_hit`], compiled for AVX2.
+        /// The first surface on the ray's interval, by code compiled for AVX2.
         #[inline]
         pub fn closest(self, accel: &Accel, ray: &Ray) -> Option<Hit> {
-            // SAFETY: there is an `Avx2`, so the processor has what the function is compiled for.
-            unsafe { closest(self, accel, ray.o.x, ray.o.y, ray.o.z, ray.d.x, ray.d.y, ray.d.z, ray.t_max) }
+            let Ray { o, d, t_max } = *ray;
+            // SAFETY: there is an `Avx2`, so the processor has what the functions are compiled for.
+            match accel.is_list() {
+                true => unsafe { closest_in_list(self, accel, o.x, o.y, o.z, d.x, d.y, d.z, t_max) },
+                false => unsafe { closest_in_tree(self, accel, o.x, o.y, o.z, d.x, d.y, d.z, t_max) },
+            }
         }
 
-        /// Whether any surface is on the ray's interval, compiled for AVX2.
+        /// Whether any surface is on the ray's interval, by code compiled for AVX2.
         #[inline]
         pub fn any(self, accel: &Accel, ray: &Ray) -> bool {
+            let Ray { o, d, t_max } = *ray;
             // SAFETY: as above.
-            unsafe { any(self, accel, ray.o.x, ray.o.y, ray.o.z, ray.d.x, ray.d.y, ray.d.z, ray.t_max) }
+            match accel.is_list() {
+                true => unsafe { any_in_list(self, accel, o.x, o.y, o.z, d.x, d.y, d.z, t_max) },
+                false => unsafe { any_in_tree(self, accel, o.x, o.y, o.z, d.x, d.y, d.z, t_max) },
+            }
         }
 
         /// [`Accel::closest_with`], compiled for AVX2.
-        pub fn search(self, accel: &Accel, query: &Query, best: &mut Best) {
+        pub fn search(self, accel: &Accel, line: Line, best: &mut Best) {
             // SAFETY: as above.
-            unsafe { search(self, accel, query, best) }
+            unsafe { search(self, accel, line, best) }
         }
 
         /// [`Accel::any_with`], compiled for AVX2.
-        pub fn meets(self, accel: &Accel, query: &Query, t_max: f64) -> bool {
+        pub fn meets(self, accel: &Accel, line: Line, t_max: f64) -> bool {
             // SAFETY: as above.
-            unsafe { meets(self, accel, query, t_max) }
+            unsafe { meets(self, accel, line, t_max) }
         }
     }
 
-    // A ray comes number by number, in registers: one that has just been stored so would be waited for if it were loaded in larger pieces.
-    #[allow(clippy::too_many_arguments)]
-    #[target_feature(enable = "avx2,bmi1")]
-    fn closest(
-        proof: Avx2,
-        accel: &Accel,
-        o_x: f32,
-        o_y: f32,
-        o_z: f32,
-        d_x: f32,
-        d_y: f32,
-        d_z: f32,
-        t_max: f32,
-    ) -> Option<Hit> {
-        accel.closest_hit::<Eight>(proof, &Ray { o: vec3(o_x, o_y, o_z), d: vec3(d_x, d_y, d_z), t_max })
+    // A ray comes number by number, in registers: one that has just been stored so would be waited for if it were loaded in larger
+    // pieces. List and tree have functions of their own, since the stack of the tree is no small matter.
+    macro_rules! following {
+        ($function:ident, $found:ty, $follow:ident) => {
+            #[allow(clippy::too_many_arguments)]
+            #[target_feature(enable = "avx2,bmi1,fma")]
+            fn $function(
+                proof: Avx2,
+                accel: &Accel,
+                o_x: f32,
+                o_y: f32,
+                o_z: f32,
+                d_x: f32,
+                d_y: f32,
+                d_z: f32,
+                t_max: f32,
+            ) -> $found {
+                accel.$follow::<Eight>(proof, &Ray { o: vec3(o_x, o_y, o_z), d: vec3(d_x, d_y, d_z), t_max })
+            }
+        };
     }
 
-    #[allow(clippy::too_many_arguments)]
-    #[target_feature(enable = "avx2,bmi1")]
-    fn any(proof: Avx2, accel: &Accel, o_x: f32, o_y: f32, o_z: f32, d_x: f32, d_y: f32, d_z: f32, t_max: f32) -> bool {
-        let ray = Ray { o: vec3(o_x, o_y, o_z), d: vec3(d_x, d_y, d_z), t_max };
-        accel.any_with::<Eight>(proof, &Query::new(&ray), f64::from(t_max))
+    following!(closest_in_list, Option<Hit>, closest_hit_in_list);
+    following!(closest_in_tree, Option<Hit>, closest_hit_in_tree);
+    following!(any_in_list, bool, any_hit_in_list);
+    following!(any_in_tree, bool, any_hit_in_tree);
+
+    #[target_feature(enable = "avx2,bmi1,fma")]
+    fn search(proof: Avx2, accel: &Accel, line: Line, best: &mut Best) {
+        accel.closest_with::<Eight>(proof, line, best);
     }
 
-    #[target_feature(enable = "avx2,bmi1")]
-    fn search(proof: Avx2, accel: &Accel, query: &Query, best: &mut Best) {
-        accel.closest_with::<Eight>(proof, query, best);
-    }
-
-    #[target_feature(enable = "avx2,bmi1")]
-    fn meets(proof: Avx2, accel: &Accel, query: &Query, t_max: f64) -> bool {
-        accel.any_with::<Eight>(proof, query, t_max)
+    #[target_feature(enable = "avx2,bmi1,fma")]
+    fn meets(proof: Avx2, accel: &Accel, line: Line, t_max: f64) -> bool {
+        accel.any_with::<Eight>(proof, line, t_max)
     }
 
     /// Eight numbers in a register. There are none without an [`Avx2`], since only functions that are given one, or other numbers, make them.
@@ -215,6 +228,18 @@ pub(super) mod eight {
             // SAFETY: where there are numbers, there is AVX2; there is room for eight, which need not be aligned.
             unsafe { _mm256_storeu_ps(numbers.as_mut_ptr(), self.0) };
             numbers
+        }
+
+        #[inline(always)]
+        fn plus(self, a: Self, b: Self) -> Self {
+            // SAFETY: where there are numbers, there is FMA.
+            Eight(unsafe { _mm256_fmadd_ps(a.0, b.0, self.0) })
+        }
+
+        #[inline(always)]
+        fn minus(self, a: Self, b: Self) -> Self {
+            // SAFETY: where there are numbers, there is FMA.
+            Eight(unsafe { _mm256_fnmadd_ps(a.0, b.0, self.0) })
         }
 
         #[inline(always)]

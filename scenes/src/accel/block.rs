@@ -19,7 +19,7 @@ const NUMBER: u32 = (1 << NUMBER_BITS) - 1;
 /// Where the weight of vertex 1 stands among those of the corners 1, 2 and 0, by how much corners are rotated.
 static FIRST_WEIGHT: [usize; 4] = [0, 2, 1, 0];
 /// A triangle's plane is seen at a grazing angle where the square of its sine is below this.
-const GRAZING: f64 = 1e-8;
+pub(super) const GRAZING: f64 = 1e-8;
 /// How far the direction's part along a unit normal may be off, relative to its largest coordinate.
 const SLOPE_OFF: f32 = 24.0 * UNIT_ROUNDOFF;
 
@@ -63,41 +63,13 @@ impl Candidates {
     }
 }
 
-/// Where a line meets the plane of a triangle.
-pub(super) struct Crossing {
-    /// The parameter; NaN if the line turns out to pass by the triangle.
-    pub t: f64,
-    /// The triangle's first corner, and the way from there to the others.
-    corner: DVec3,
-    edges: [DVec3; 2],
-    /// The first corner as the line's origin sees it.
-    away: DVec3,
-    direction: DVec3,
-    /// The reciprocal of the direction's part along the edges' cross product.
-    inverse: f64,
-}
-
 /// Where a line meets a triangle.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub(super) struct Meeting {
     /// The point.
     pub p: DVec3,
-    /// Barycentric coordinates of the corners 1 and 2, as they are kept.
-    pub b: [f64; 2],
-}
-
-impl Crossing {
-    /// The point, after \[Moeller97\] and kept within the triangle, so that it is on its plane whatever the angle.
-    #[inline(always)]
-    pub fn point(&self) -> Meeting {
-        let [edge_1, edge_2] = self.edges;
-        let across = self.away.cross(self.direction);
-        let (b1, b2) = (edge_2.dot(across) * self.inverse, -edge_1.dot(across) * self.inverse);
-        // Written so that the NaN of a triangle seen edge-on becomes its first corner.
-        let b1 = min(max(b1, 0.0), 1.0);
-        let b2 = min(max(b2, 0.0), 1.0 - b1);
-        Meeting { p: self.corner + edge_1 * b1 + edge_2 * b2, b: [b1, b2] }
-    }
+    /// Barycentric coordinates of the vertices 1 and 2, in the order they were given in.
+    pub b: Vec2,
 }
 
 impl Block {
@@ -127,6 +99,11 @@ impl Block {
         block
     }
 
+    /// Whether a lane has a triangle.
+    pub fn is_occupied(&self, lane: usize) -> bool {
+        self.ids[lane] != u32::MAX
+    }
+
     /// The id of a lane's triangle.
     #[inline]
     pub fn id(&self, lane: usize) -> u32 {
@@ -141,7 +118,7 @@ impl Block {
 
     /// The corners of a lane's triangle, rotated as they are kept.
     #[inline]
-    fn corners(&self, lane: usize) -> [Vec3; 3] {
+    pub fn corners(&self, lane: usize) -> [Vec3; 3] {
         let pair = lane % PAIRS;
         let second = usize::from(lane >= PAIRS);
         let [x, y, z] = &self.axes;
@@ -151,7 +128,7 @@ impl Block {
 
     /// Its triangles with their ids, the vertices in the order they were given in.
     pub fn triangles(&self) -> impl Iterator<Item = (u32, Triangle)> {
-        let lanes = (0..LANES).filter(|&lane| self.ids[lane] != u32::MAX);
+        let lanes = (0..LANES).filter(|&lane| self.is_occupied(lane));
         lanes.map(|lane| {
             let (corners, rotation) = (self.corners(lane), self.rotation(lane));
             // Vertex v is corner v − rotation.
@@ -159,9 +136,23 @@ impl Block {
         })
     }
 
-    /// Barycentric coordinates of a lane's triangle, for the vertices 1 and 2 in the order they were given in.
+    /// Where a line meets a lane's triangle, after \[Moeller97\] and kept within it, so that it is on its plane whatever the angle.
     #[inline(always)]
-    pub fn vertex_weights(&self, lane: usize, [b1, b2]: [f64; 2]) -> Vec2 {
+    pub fn meeting(&self, lane: usize, [origin, direction]: [DVec3; 2]) -> Meeting {
+        let [corner, b, c] = self.corners(lane).map(Vec3::as_dvec3);
+        let (away, edge_1, edge_2) = (corner - origin, b - corner, c - corner);
+        let inverse = direction.dot(edge_1.cross(edge_2)).recip();
+        let across = away.cross(direction);
+        let (b1, b2) = (edge_2.dot(across) * inverse, -edge_1.dot(across) * inverse);
+        // Written so that the NaN of a triangle seen edge-on becomes its first corner.
+        let b1 = min(max(b1, 0.0), 1.0);
+        let b2 = min(max(b2, 0.0), 1.0 - b1);
+        Meeting { p: corner + edge_1 * b1 + edge_2 * b2, b: self.vertex_weights(lane, [b1, b2]) }
+    }
+
+    /// Barycentric coordinates for the vertices 1 and 2 in the order they were given in, by those of the corners as they are kept.
+    #[inline(always)]
+    fn vertex_weights(&self, lane: usize, [b1, b2]: [f64; 2]) -> Vec2 {
         // Vertex v is corner v − rotation, so that the weights of the vertices 1 and 2 are those of the corners that follow on this.
         let weights = [b1 as f32, b2 as f32, (1.0 - b1 - b2) as f32, b1 as f32];
         let first = FIRST_WEIGHT[self.rotation(lane) % 4];
@@ -232,22 +223,21 @@ impl Block {
         [a - o, b - o, c - o]
     }
 
-    /// Where a line meets the plane of a candidate's triangle, in `f64`, so that the sign is right however close the origin is to it.
+    /// The parameter at which a line meets the plane of a candidate's triangle, in `f64`, so that the sign is right however close the
+    /// origin is to it; NaN if it turns out to pass by the triangle.
     #[inline(always)]
-    pub fn crossing(&self, (lane, on_edge): (usize, bool), query: &Query) -> Crossing {
+    pub fn parameter(&self, (lane, on_edge): (usize, bool), query: &Query) -> f64 {
         let [a, b, c] = self.corners(lane).map(Vec3::as_dvec3);
         let [origin, direction] = query.exact;
-        let (away, edges) = (a - origin, [b - a, c - a]);
-        let normal = edges[0].cross(edges[1]);
+        let normal = (b - a).cross(c - a);
         let slope = direction.dot(normal);
-        let inverse = slope.recip();
-        let mut crossing = Crossing { t: away.dot(normal) * inverse, corner: a, edges, away, direction, inverse };
+        let t = (a - origin).dot(normal) * slope.recip();
         // NaN, of a triangle without area, is grazing.
         let seen = slope * slope > GRAZING * normal.length_squared() * query.length_squared;
-        if on_edge || !seen {
-            crossing.t = self.doubtful_parameter((lane, on_edge, !seen), query.line, crossing.t);
+        match on_edge || !seen {
+            true => self.doubtful_parameter((lane, on_edge, !seen), query.line, t),
+            false => t,
         }
-        crossing
     }
 
     /// The parameter where it is in doubt whether the line meets the triangle at all, or where.

@@ -6,6 +6,7 @@
 //! leaks between its neighbours; on which side of a triangle's plane the origin is, and where an analytic surface is met, is
 //! decided in `f64` without that rounding.
 
+use super::block::Meeting;
 use super::crossings::Primitive;
 use super::query::{Line, Query};
 use super::{ANALYTIC, Accel, Best, Hit, Kernel, PLACED, Placed};
@@ -231,7 +232,7 @@ impl Accel {
         let (instance, prototype) = self.prototype(index);
         let within = prototype.enter(instance, line.ray, best.t);
         let mut found = Best::before(within.t_max);
-        prototype.accel.search(&Query::of(within.line()), &mut found);
+        prototype.accel.search(within.line(), &mut found);
         if !found.is_hit() {
             return best;
         }
@@ -242,7 +243,7 @@ impl Accel {
             false => id < best.id,
         };
         if t < best.t || (t == best.t && before) {
-            best = Best { t, slot: PLACED, id, placed: Placed { instance: index, slot: found.slot }, at: found.at };
+            best = Best { t, slot: PLACED, id, placed: Placed { instance: index, slot: found.slot } };
         }
         best
     }
@@ -253,7 +254,7 @@ impl Accel {
         let (instance, prototype) = self.prototype(index);
         let mut within = prototype.enter(instance, ray, t_max);
         within.t_max = t_max - within.start;
-        prototype.accel.meets(&Query::of(within.line()), within.t_max)
+        prototype.accel.meets(within.line(), within.t_max)
     }
 
     /// Works out the point of a hit in an instance.
@@ -301,8 +302,8 @@ impl Prototype {
             let ng = instance.covector_to_world(normal).normalize().as_vec3();
             return Hit::PlacedAnalytic { t, id: best.id & !ANALYTIC, instance: index, p: place(p), ng };
         }
-        let b = self.accel.vertex_weights(best.slot, best.at.b);
-        Hit::PlacedTriangle { t, id: best.id, instance: index, p: place(best.at.p), b }
+        let Meeting { p, b } = self.accel.meeting(best.slot, within.exact);
+        Hit::PlacedTriangle { t, id: best.id, instance: index, p: place(p), b }
     }
 }
 

@@ -2,8 +2,8 @@
 
 #[cfg(target_arch = "x86_64")]
 use super::bare::eight::Avx2;
-use super::lanes::Portable;
-use super::query::Query;
+use super::lanes::{Lanes, Portable};
+use super::query::{Line, Query};
 use super::{Accel, Best, Hit};
 use crate::ray::Ray;
 use std::fmt;
@@ -72,30 +72,51 @@ impl Accel {
     }
 
     /// Offers what is met.
-    pub(super) fn search(&self, query: &Query, best: &mut Best) {
+    pub(super) fn search(&self, line: Line, best: &mut Best) {
         match self.kernel.0 {
-            Kind::Portable => self.closest_with::<Portable>((), query, best),
+            Kind::Portable => self.closest_with::<Portable>((), line, best),
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx2(proof) => proof.search(self, query, best),
+            Kind::Avx2(proof) => proof.search(self, line, best),
         }
     }
 
     /// Whether anything is met before `t_max`.
-    pub(super) fn meets(&self, query: &Query, t_max: f64) -> bool {
+    pub(super) fn meets(&self, line: Line, t_max: f64) -> bool {
         match self.kernel.0 {
-            Kind::Portable => self.any_with::<Portable>((), query, t_max),
+            Kind::Portable => self.any_with::<Portable>((), line, t_max),
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx2(proof) => proof.meets(self, query, t_max),
+            Kind::Avx2(proof) => proof.meets(self, line, t_max),
+        }
+    }
+
+    /// Offers what is met in the list or the tree.
+    #[inline(always)]
+    pub(super) fn closest_with<L: Lanes>(&self, proof: L::Proof, line: Line, best: &mut Best) {
+        match self.is_list() {
+            true => self.closest_in_list::<L>(proof, line, best),
+            false => self.closest_in_tree::<L>(proof, &Query::of(line), best),
+        }
+    }
+
+    /// Whether anything is met before `t_max`, in the list or the tree.
+    #[inline(always)]
+    pub(super) fn any_with<L: Lanes>(&self, proof: L::Proof, line: Line, t_max: f64) -> bool {
+        match self.is_list() {
+            true => self.any_in_list::<L>(proof, line, t_max),
+            false => self.any_in_tree::<L>(proof, &Query::of(line), t_max),
         }
     }
 
     #[inline(never)]
     fn portable_closest(&self, ray: &Ray) -> Option<Hit> {
-        self.closest_hit::<Portable>((), ray)
+        match self.is_list() {
+            true => self.closest_hit_in_list::<Portable>((), ray),
+            false => self.closest_hit_in_tree::<Portable>((), ray),
+        }
     }
 
     #[inline(never)]
     fn portable_any(&self, ray: &Ray) -> bool {
-        self.any_with::<Portable>((), &Query::new(ray), f64::from(ray.t_max))
+        self.any_with::<Portable>((), Line { ray, exact: None }, f64::from(ray.t_max))
     }
 }

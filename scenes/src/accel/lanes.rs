@@ -6,7 +6,8 @@ use std::ops::{Add, Div, Mul, Sub};
 /// How many numbers there are.
 pub(super) const WIDTH: usize = 8;
 
-/// Eight numbers, and what is done to all of them at once. Every operation is rounded by itself, so that all kinds give the same bits.
+/// Eight numbers, and what is done to all of them at once. Every operation but two is rounded by itself, so that all kinds give the
+/// same bits.
 pub(super) trait Lanes:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
@@ -24,6 +25,12 @@ pub(super) trait Lanes:
 
     /// The numbers.
     fn to_array(self) -> [f32; WIDTH];
+
+    /// The sum with a product, rounded once or twice, as is faster: for what has a bound on its rounding only.
+    fn plus(self, a: Self, b: Self) -> Self;
+
+    /// The difference to a product, rounded once or twice.
+    fn minus(self, a: Self, b: Self) -> Self;
 
     /// The lesser of two, lane by lane; the second if either is NaN or they are equal.
     fn min(self, other: Self) -> Self;
@@ -108,6 +115,16 @@ impl Lanes for Portable {
     fn to_array(self) -> [f32; WIDTH] {
         let ([a, b, c, d], [e, f, g, h]) = (self.0.to_array(), self.1.to_array());
         [a, b, c, d, e, f, g, h]
+    }
+
+    #[inline(always)]
+    fn plus(self, a: Self, b: Self) -> Self {
+        self + a * b
+    }
+
+    #[inline(always)]
+    fn minus(self, a: Self, b: Self) -> Self {
+        self - a * b
     }
 
     #[inline(always)]

@@ -11,9 +11,11 @@ mod bare;
 mod block;
 mod collapse;
 mod crossings;
+mod faces;
 mod instance;
 mod kernel;
 mod lanes;
+mod list;
 mod pairing;
 mod parting;
 mod query;
@@ -25,10 +27,12 @@ use crate::ray::SurfacePoint;
 use crate::shape::{Analytic, Triangle};
 use block::{Block, LANES, Meeting, PAIRS};
 pub(crate) use crossings::Primitive;
+use faces::Faces;
+use glam::DVec3;
 pub(crate) use instance::{Instance, Prototype};
 pub use kernel::Kernel;
 use pairing::Pair;
-use query::{Line, Query};
+use query::Line;
 use sampling::{Vec2, Vec3};
 use std::collections::HashMap;
 use traverse::FAR;
@@ -44,6 +48,8 @@ pub(crate) fn are_few(triangles: usize, analytic: usize) -> bool {
 pub(crate) struct Accel {
     kernel: Kernel,
     blocks: Vec<Block>,
+    /// The faces of the blocks' triangles, if they are searched as a list.
+    faces: Faces,
     analytic: Vec<Analytic>,
     /// Empty if the primitives are searched as a list.
     nodes: Vec<Node>,
@@ -113,8 +119,6 @@ struct Best {
     id: u32,
     /// Where it is, if the slot says that it is in an instance.
     placed: Placed,
-    /// The point on a triangle, in the coordinates that it is kept in.
-    at: Meeting,
 }
 
 /// A primitive of an instance.
@@ -135,13 +139,21 @@ impl Best {
     /// Nothing met as yet, before `t`.
     #[inline(always)]
     fn before(t: f64) -> Self {
-        Best { t, slot: NOTHING, id: 0, placed: Placed::default(), at: Meeting::default() }
+        Best { t, slot: NOTHING, id: 0, placed: Placed::default() }
     }
 
     /// True of a hit that is nearer; of two equally near, of the one numbered first, so that no arrangement matters.
     #[inline(always)]
     fn is_after(&self, t: f64, id: u32) -> bool {
-        t > 0.0 && (t < self.t || (t == self.t && id < self.id))
+        (t > 0.0) & ((t < self.t) | ((t == self.t) & (id < self.id)))
+    }
+
+    /// Takes a hit that is nearer.
+    #[inline(always)]
+    fn offer(&mut self, t: f64, slot: u32, id: u32) {
+        if self.is_after(t, id) {
+            (self.t, self.slot, self.id) = (t, slot, id);
+        }
     }
 
     /// A parameter beyond which nothing is nearer, with room for the rounding of those that it is compared to.
@@ -173,8 +185,8 @@ impl Accel {
         let list: Vec<u32> = (0..triangles.len() as u32).collect();
         let couples = pairing::pair_up(triangles, &list).into_iter();
         let pairs: Vec<Pair> = couples.map(|couple| Pair::of(couple, triangles)).collect();
-        let blocks = pairs.chunks(PAIRS).map(Block::new).collect();
-        Accel { blocks, ..accel }
+        let blocks: Vec<Block> = pairs.chunks(PAIRS).map(Block::new).collect();
+        Accel { faces: Faces::of(&blocks), blocks, ..accel }
     }
 
     /// The same with instances, of which there is at least one: always with a tree.
@@ -199,31 +211,23 @@ impl Accel {
 
     /// Works out the point of the nearest hit, once per ray.
     #[inline(always)]
-    fn resolve(&self, query: &Query, best: &Best) -> Option<Hit> {
+    fn resolve(&self, line: Line, best: &Best) -> Option<Hit> {
         // The mark of nothing has all bits, so that a triangle is told by one question.
         if best.slot & (ANALYTIC | PLACED) == 0 {
-            return Some(self.triangle_hit(best));
+            return Some(self.triangle_hit(line, best));
         }
         if !best.is_hit() {
             return None;
         }
         // Only this copy's address is given away, so that what it is of stays in registers all the way of a ray.
         let best = *best;
-        Some(if best.is_placed() {
-            self.placed_hit(query.line.ray, &best)
-        } else {
-            self.analytic_hit(query.line, &best)
-        })
+        Some(if best.is_placed() { self.placed_hit(line.ray, &best) } else { self.analytic_hit(line, &best) })
     }
 
     #[inline(always)]
-    fn triangle_hit(&self, best: &Best) -> Hit {
-        Hit::Triangle {
-            t: best.t as f32,
-            id: best.id,
-            p: best.at.p.as_vec3(),
-            b: self.vertex_weights(best.slot, best.at.b),
-        }
+    fn triangle_hit(&self, line: Line, best: &Best) -> Hit {
+        let Meeting { p, b } = self.meeting(best.slot, line.exact());
+        Hit::Triangle { t: best.t as f32, id: best.id, p: p.as_vec3(), b }
     }
 
     #[inline(never)]
@@ -234,10 +238,10 @@ impl Accel {
         Hit::Analytic { t: best.t as f32, id, at }
     }
 
-    /// Barycentric coordinates of the triangle in a slot, for its vertices 1 and 2.
+    /// Where a line meets the triangle in a slot.
     #[inline(always)]
-    fn vertex_weights(&self, slot: u32, b: [f64; 2]) -> Vec2 {
-        self.blocks[slot as usize / LANES].vertex_weights(slot as usize % LANES, b)
+    fn meeting(&self, slot: u32, exact: [DVec3; 2]) -> Meeting {
+        self.blocks[slot as usize / LANES].meeting(slot as usize % LANES, exact)
     }
 }
 

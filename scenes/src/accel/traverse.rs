@@ -114,25 +114,21 @@ fn take(mask: &mut u32) -> usize {
 impl Accel {
     /// The first surface on the ray's interval.
     #[inline(always)]
-    pub(super) fn closest_hit<L: Lanes>(&self, proof: L::Proof, ray: &Ray) -> Option<Hit> {
-        let query = Query::new(ray);
-        let mut best = Best::before(f64::from(ray.t_max));
-        self.closest_with::<L>(proof, &query, &mut best);
-        self.resolve(&query, &best)
+    pub(super) fn closest_hit_in_tree<L: Lanes>(&self, proof: L::Proof, ray: &Ray) -> Option<Hit> {
+        let (query, mut best) = (Query::new(ray), Best::before(f64::from(ray.t_max)));
+        self.closest_in_tree::<L>(proof, &query, &mut best);
+        self.resolve(query.line, &best)
+    }
+
+    /// Whether any surface is on the ray's interval.
+    #[inline(always)]
+    pub(super) fn any_hit_in_tree<L: Lanes>(&self, proof: L::Proof, ray: &Ray) -> bool {
+        self.any_in_tree::<L>(proof, &Query::new(ray), f64::from(ray.t_max))
     }
 
     /// Offers what is met: nearest boxes first; what lies beyond the nearest hit is left out.
     #[inline(always)]
-    pub(super) fn closest_with<L: Lanes>(&self, proof: L::Proof, query: &Query, best: &mut Best) {
-        if self.nodes.is_empty() {
-            for index in 0..self.blocks.len() as u32 {
-                self.offer_block::<L>(proof, index, query, best);
-            }
-            for index in 0..self.analytic.len() as u32 {
-                self.offer_analytic(index, query.line, best);
-            }
-            return;
-        }
+    pub(super) fn closest_in_tree<L: Lanes>(&self, proof: L::Proof, query: &Query, best: &mut Best) {
         let slabs = Slabs::<L>::new(proof, query.line.ray);
         let mut stack = Stack::new();
         let mut child: Child = 0;
@@ -167,31 +163,25 @@ impl Accel {
             self.offer_analytic(leaf & NUMBER, query.line, best);
         } else {
             // Number by number, so that what is nearest is kept in registers, and not where the function writes to.
-            let Best { t, slot, id, placed, at } = self.offer_instance(leaf & NUMBER, query.line, *best);
-            (best.t, best.slot, best.id, best.placed, best.at) = (t, slot, id, placed, at);
+            let Best { t, slot, id, placed } = self.offer_instance(leaf & NUMBER, query.line, *best);
+            (best.t, best.slot, best.id, best.placed) = (t, slot, id, placed);
         }
     }
 
     #[inline(always)]
-    fn offer_block<L: Lanes>(&self, proof: L::Proof, index: u32, query: &Query, best: &mut Best) {
+    pub(super) fn offer_block<L: Lanes>(&self, proof: L::Proof, index: u32, query: &Query, best: &mut Best) {
         let block = &self.blocks[index as usize];
         let mut candidates = block.candidates::<L>(proof, query, best.limit());
         while let Some(candidate) = candidates.take() {
-            let (crossing, lane) = (block.crossing(candidate, query), candidate.0);
-            let id = block.id(lane);
-            if best.is_after(crossing.t, id) {
-                (best.t, best.slot, best.id) = (crossing.t, index * LANES as u32 + lane as u32, id);
-                best.at = crossing.point();
-            }
+            let (t, lane) = (block.parameter(candidate, query), candidate.0);
+            best.offer(t, index * LANES as u32 + lane as u32, block.id(lane));
         }
     }
 
     #[inline(always)]
-    fn offer_analytic(&self, index: u32, line: Line, best: &mut Best) {
+    pub(super) fn offer_analytic(&self, index: u32, line: Line, best: &mut Best) {
         let (t, slot) = (self.analytic_parameter(index, line), ANALYTIC | index);
-        if best.is_after(t, slot) {
-            (best.t, best.slot, best.id) = (t, slot, slot);
-        }
+        best.offer(t, slot, slot);
     }
 
     /// The parameter at which a line first meets an analytic surface, if it does ahead.
@@ -204,20 +194,7 @@ impl Accel {
 
     /// Whether anything is met before `t_max`: boxes in any order.
     #[inline(always)]
-    pub(super) fn any_with<L: Lanes>(&self, proof: L::Proof, query: &Query, t_max: f64) -> bool {
-        if self.nodes.is_empty() {
-            for index in 0..self.blocks.len() as u32 {
-                if self.meets_block::<L>(proof, index, query, t_max) {
-                    return true;
-                }
-            }
-            for index in 0..self.analytic.len() as u32 {
-                if self.meets_analytic(index, query.line, t_max) {
-                    return true;
-                }
-            }
-            return false;
-        }
+    pub(super) fn any_in_tree<L: Lanes>(&self, proof: L::Proof, query: &Query, t_max: f64) -> bool {
         let slabs = Slabs::<L>::new(proof, query.line.ray);
         let limit = query.line.ray.t_max * FAR;
         let mut stack = Stack::new();
@@ -256,11 +233,11 @@ impl Accel {
     }
 
     #[inline(always)]
-    fn meets_block<L: Lanes>(&self, proof: L::Proof, index: u32, query: &Query, t_max: f64) -> bool {
+    pub(super) fn meets_block<L: Lanes>(&self, proof: L::Proof, index: u32, query: &Query, t_max: f64) -> bool {
         let block = &self.blocks[index as usize];
         let mut candidates = block.candidates::<L>(proof, query, t_max as f32 * FAR);
         while let Some(candidate) = candidates.take() {
-            let t = block.crossing(candidate, query).t;
+            let t = block.parameter(candidate, query);
             if t > 0.0 && t < t_max {
                 return true;
             }
@@ -269,7 +246,7 @@ impl Accel {
     }
 
     #[inline(never)]
-    fn meets_analytic(&self, index: u32, line: Line, t_max: f64) -> bool {
+    pub(super) fn meets_analytic(&self, index: u32, line: Line, t_max: f64) -> bool {
         let [first, second] = self.analytic_meetings(index, line);
         (first > 0.0 && first < t_max) || (second > 0.0 && second < t_max)
     }
