@@ -63,13 +63,41 @@ impl Candidates {
     }
 }
 
+/// Where a line meets the plane of a triangle.
+pub(super) struct Crossing {
+    /// The parameter; NaN if the line turns out to pass by the triangle.
+    pub t: f64,
+    /// The triangle's first corner, and the way from there to the others.
+    corner: DVec3,
+    edges: [DVec3; 2],
+    /// The first corner as the line's origin sees it.
+    away: DVec3,
+    direction: DVec3,
+    /// The reciprocal of the direction's part along the edges' cross product.
+    inverse: f64,
+}
+
 /// Where a line meets a triangle.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(super) struct Meeting {
     /// The point.
     pub p: DVec3,
-    /// Barycentric coordinates of the vertices 1 and 2, in the order they were given in.
-    pub b: Vec2,
+    /// Barycentric coordinates of the corners 1 and 2, as they are kept.
+    pub b: [f64; 2],
+}
+
+impl Crossing {
+    /// The point, after \[Moeller97\] and kept within the triangle, so that it is on its plane whatever the angle.
+    #[inline(always)]
+    pub fn point(&self) -> Meeting {
+        let [edge_1, edge_2] = self.edges;
+        let across = self.away.cross(self.direction);
+        let (b1, b2) = (edge_2.dot(across) * self.inverse, -edge_1.dot(across) * self.inverse);
+        // Written so that the NaN of a triangle seen edge-on becomes its first corner.
+        let b1 = min(max(b1, 0.0), 1.0);
+        let b2 = min(max(b2, 0.0), 1.0 - b1);
+        Meeting { p: self.corner + edge_1 * b1 + edge_2 * b2, b: [b1, b2] }
+    }
 }
 
 impl Block {
@@ -136,23 +164,9 @@ impl Block {
         })
     }
 
-    /// Where a line meets a lane's triangle, after \[Moeller97\] and kept within it, so that it is on its plane whatever the angle.
+    /// Barycentric coordinates of a lane's triangle, for the vertices 1 and 2 in the order they were given in.
     #[inline(always)]
-    pub fn meeting(&self, lane: usize, [origin, direction]: [DVec3; 2]) -> Meeting {
-        let [corner, b, c] = self.corners(lane).map(Vec3::as_dvec3);
-        let (away, edge_1, edge_2) = (corner - origin, b - corner, c - corner);
-        let inverse = direction.dot(edge_1.cross(edge_2)).recip();
-        let across = away.cross(direction);
-        let (b1, b2) = (edge_2.dot(across) * inverse, -edge_1.dot(across) * inverse);
-        // Written so that the NaN of a triangle seen edge-on becomes its first corner.
-        let b1 = min(max(b1, 0.0), 1.0);
-        let b2 = min(max(b2, 0.0), 1.0 - b1);
-        Meeting { p: corner + edge_1 * b1 + edge_2 * b2, b: self.vertex_weights(lane, [b1, b2]) }
-    }
-
-    /// Barycentric coordinates for the vertices 1 and 2 in the order they were given in, by those of the corners as they are kept.
-    #[inline(always)]
-    fn vertex_weights(&self, lane: usize, [b1, b2]: [f64; 2]) -> Vec2 {
+    pub fn vertex_weights(&self, lane: usize, [b1, b2]: [f64; 2]) -> Vec2 {
         // Vertex v is corner v − rotation, so that the weights of the vertices 1 and 2 are those of the corners that follow on this.
         let weights = [b1 as f32, b2 as f32, (1.0 - b1 - b2) as f32, b1 as f32];
         let first = FIRST_WEIGHT[self.rotation(lane) % 4];
@@ -223,21 +237,33 @@ impl Block {
         [a - o, b - o, c - o]
     }
 
-    /// The parameter at which a line meets the plane of a candidate's triangle, in `f64`, so that the sign is right however close the
-    /// origin is to it; NaN if it turns out to pass by the triangle.
+    /// Where a line meets the plane of a candidate's triangle, in `f64`, so that the sign is right however close the origin is to it.
     #[inline(always)]
-    pub fn parameter(&self, (lane, on_edge): (usize, bool), query: &Query) -> f64 {
-        let [a, b, c] = self.corners(lane).map(Vec3::as_dvec3);
-        let [origin, direction] = query.exact;
-        let normal = (b - a).cross(c - a);
-        let slope = direction.dot(normal);
-        let t = (a - origin).dot(normal) * slope.recip();
+    pub fn crossing(&self, (lane, on_edge): (usize, bool), query: &Query) -> Crossing {
+        let (mut crossing, normal) = self.plain_crossing(lane, query.exact);
+        let slope = query.exact[1].dot(normal);
         // NaN, of a triangle without area, is grazing.
         let seen = slope * slope > GRAZING * normal.length_squared() * query.length_squared;
-        match on_edge || !seen {
-            true => self.doubtful_parameter((lane, on_edge, !seen), query.line, t),
-            false => t,
+        if on_edge || !seen {
+            crossing.t = self.doubtful_parameter((lane, on_edge, !seen), query.line, crossing.t);
         }
+        crossing
+    }
+
+    /// Where a line meets the plane of a lane's triangle if nothing is in doubt, and the cross product of its edges.
+    #[inline(always)]
+    fn plain_crossing(&self, lane: usize, [origin, direction]: [DVec3; 2]) -> (Crossing, DVec3) {
+        let [a, b, c] = self.corners(lane).map(Vec3::as_dvec3);
+        let (away, edges) = (a - origin, [b - a, c - a]);
+        let normal = edges[0].cross(edges[1]);
+        let inverse = direction.dot(normal).recip();
+        (Crossing { t: away.dot(normal) * inverse, corner: a, edges, away, direction, inverse }, normal)
+    }
+
+    /// The point at which a line meets a lane's triangle.
+    #[inline(always)]
+    pub fn meeting(&self, lane: usize, exact: [DVec3; 2]) -> Meeting {
+        self.plain_crossing(lane, exact).0.point()
     }
 
     /// The parameter where it is in doubt whether the line meets the triangle at all, or where.

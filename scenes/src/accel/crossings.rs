@@ -30,7 +30,7 @@ impl Accel {
             let primitive = Primitive::of(best.id);
             if wanted(primitive) {
                 visit(match primitive {
-                    Primitive::Triangle(_) => self.triangle_hit(query.line, &best),
+                    Primitive::Triangle(_) => self.triangle_hit(&best),
                     Primitive::Analytic(_) => self.analytic_hit(query.line, &best),
                 });
             }
@@ -63,10 +63,10 @@ impl Accel {
         let block = &self.blocks[index as usize];
         let mut candidates = block.candidates::<Portable>((), query, t_max as f32 * FAR);
         while let Some(candidate) = candidates.take() {
-            let (t, lane) = (block.parameter(candidate, query), candidate.0);
-            let slot = index * LANES as u32 + lane as u32;
+            let (crossing, lane) = (block.crossing(candidate, query), candidate.0);
+            let (t, slot) = (crossing.t, index * LANES as u32 + lane as u32);
             if t > 0.0 && t < t_max {
-                visit(Best { slot, id: block.id(lane), ..Best::before(t) });
+                visit(Best { slot, id: block.id(lane), at: crossing.point(), ..Best::before(t) });
             }
         }
     }

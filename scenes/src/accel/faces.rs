@@ -93,7 +93,7 @@ struct Met {
 
 /// Where a line meets the plane of a triangle.
 pub(super) struct Encounter {
-    /// The parameter, as [`Block::parameter`] has it.
+    /// The parameter, as [`Block::crossing`] has it.
     pub t: f64,
     pub id: u32,
     pub slot: u32,

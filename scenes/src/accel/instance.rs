@@ -6,7 +6,6 @@
 //! leaks between its neighbours; on which side of a triangle's plane the origin is, and where an analytic surface is met, is
 //! decided in `f64` without that rounding.
 
-use super::block::Meeting;
 use super::crossings::Primitive;
 use super::query::{Line, Query};
 use super::{ANALYTIC, Accel, Best, Hit, Kernel, PLACED, Placed};
@@ -243,7 +242,7 @@ impl Accel {
             false => id < best.id,
         };
         if t < best.t || (t == best.t && before) {
-            best = Best { t, slot: PLACED, id, placed: Placed { instance: index, slot: found.slot } };
+            best = Best { t, slot: PLACED, id, placed: Placed { instance: index, slot: found.slot }, at: found.at };
         }
         best
     }
@@ -302,8 +301,8 @@ impl Prototype {
             let ng = instance.covector_to_world(normal).normalize().as_vec3();
             return Hit::PlacedAnalytic { t, id: best.id & !ANALYTIC, instance: index, p: place(p), ng };
         }
-        let Meeting { p, b } = self.accel.meeting(best.slot, within.exact);
-        Hit::PlacedTriangle { t, id: best.id, instance: index, p: place(p), b }
+        let b = self.accel.vertex_weights(best.slot, best.at.b);
+        Hit::PlacedTriangle { t, id: best.id, instance: index, p: place(best.at.p), b }
     }
 }
 

@@ -1,10 +1,29 @@
 //! The way of a ray along the list.
 
+use super::block::{LANES, Meeting};
+use super::faces::Encounter;
 use super::lanes::{Lanes, Portable};
 use super::query::{Line, Query};
 use super::traverse::FAR;
-use super::{Accel, Best, Hit};
+use super::{ANALYTIC, Accel, Best, Hit, NOTHING, comes_before};
 use crate::ray::Ray;
+
+/// The nearest hit so far, as [`Best`] has it.
+#[derive(Clone, Copy)]
+struct Nearest {
+    t: f64,
+    slot: u32,
+    id: u32,
+}
+
+impl Nearest {
+    #[inline(always)]
+    fn offer(&mut self, Encounter { t, slot, id }: Encounter) {
+        if comes_before((t, id), (self.t, self.id)) {
+            *self = Nearest { t, slot, id };
+        }
+    }
+}
 
 impl Accel {
     /// Whether there is a list only.
@@ -16,9 +35,14 @@ impl Accel {
     /// The first surface on the ray's interval.
     #[inline(always)]
     pub(super) fn closest_hit_in_list<L: Lanes>(&self, proof: L::Proof, ray: &Ray) -> Option<Hit> {
-        let (line, mut best) = (Line { ray, exact: None }, Best::before(f64::from(ray.t_max)));
-        self.closest_in_list::<L>(proof, line, &mut best);
-        self.resolve(line, &best)
+        let line = Line { ray, exact: None };
+        let Nearest { t, slot, id } = self.nearest_in_list::<L>(proof, line, Best::before(f64::from(ray.t_max)));
+        // The mark of nothing has all bits, so that a triangle is told by one question.
+        if slot & ANALYTIC == 0 {
+            let at = self.meeting_in_list(slot, line);
+            return Some(self.triangle_hit(&Best { slot, id, at, ..Best::before(t) }));
+        }
+        (slot != NOTHING).then(|| self.analytic_hit(line, &Best { slot, id, ..Best::before(t) }))
     }
 
     /// Whether any surface is on the ray's interval.
@@ -30,15 +54,32 @@ impl Accel {
     /// Offers what is met in the list.
     #[inline(always)]
     pub(super) fn closest_in_list<L: Lanes>(&self, proof: L::Proof, line: Line, best: &mut Best) {
-        let mut found = *best;
-        if self.faces.visit::<L>(proof, line, best.limit(), |at| found.offer(at.t, at.slot, at.id)) {
-            *best = found;
-        } else {
-            *best = self.closest_in_blocks(line, *best);
+        let Nearest { t, slot, id } = self.nearest_in_list::<L>(proof, line, *best);
+        if slot != best.slot && slot & ANALYTIC == 0 {
+            best.at = self.meeting_in_list(slot, line);
+        }
+        (best.t, best.slot, best.id) = (t, slot, id);
+    }
+
+    /// What is met first in the list, if it is before the best so far.
+    #[inline(always)]
+    fn nearest_in_list<L: Lanes>(&self, proof: L::Proof, line: Line, best: Best) -> Nearest {
+        let mut nearest = Nearest { t: best.t, slot: best.slot, id: best.id };
+        let certain = self.faces.visit::<L>(proof, line, best.limit(), |at| nearest.offer(at));
+        if !certain {
+            let Best { t, slot, id, .. } = self.closest_in_blocks(line, best);
+            nearest = Nearest { t, slot, id };
         }
         for index in 0..self.analytic.len() as u32 {
-            self.offer_analytic(index, line, best);
+            let slot = ANALYTIC | index;
+            nearest.offer(Encounter { t: self.analytic_parameter(index, line), slot, id: slot });
         }
+        nearest
+    }
+
+    #[inline(always)]
+    fn meeting_in_list(&self, slot: u32, line: Line) -> Meeting {
+        self.blocks[slot as usize / LANES].meeting(slot as usize % LANES, line.exact())
     }
 
     /// The same block by block.

@@ -28,7 +28,6 @@ use crate::shape::{Analytic, Triangle};
 use block::{Block, LANES, Meeting, PAIRS};
 pub(crate) use crossings::Primitive;
 use faces::Faces;
-use glam::DVec3;
 pub(crate) use instance::{Instance, Prototype};
 pub use kernel::Kernel;
 use pairing::Pair;
@@ -119,6 +118,8 @@ struct Best {
     id: u32,
     /// Where it is, if the slot says that it is in an instance.
     placed: Placed,
+    /// The point on a triangle, in the coordinates that it is kept in.
+    at: Meeting,
 }
 
 /// A primitive of an instance.
@@ -135,25 +136,24 @@ const ANALYTIC: u32 = 1 << 31;
 const PLACED: u32 = 1 << 30;
 const NOTHING: u32 = u32::MAX;
 
+/// True of a hit by its parameter and id that is ahead, and nearer than another; of two equally near, of the one numbered first, so that
+/// no arrangement matters.
+#[inline(always)]
+fn comes_before((t, id): (f64, u32), (other, other_id): (f64, u32)) -> bool {
+    t > 0.0 && (t < other || (t == other && id < other_id))
+}
+
 impl Best {
     /// Nothing met as yet, before `t`.
     #[inline(always)]
     fn before(t: f64) -> Self {
-        Best { t, slot: NOTHING, id: 0, placed: Placed::default() }
+        Best { t, slot: NOTHING, id: 0, placed: Placed::default(), at: Meeting::default() }
     }
 
-    /// True of a hit that is nearer; of two equally near, of the one numbered first, so that no arrangement matters.
+    /// True of a hit that is nearer.
     #[inline(always)]
     fn is_after(&self, t: f64, id: u32) -> bool {
-        (t > 0.0) & ((t < self.t) | ((t == self.t) & (id < self.id)))
-    }
-
-    /// Takes a hit that is nearer.
-    #[inline(always)]
-    fn offer(&mut self, t: f64, slot: u32, id: u32) {
-        if self.is_after(t, id) {
-            (self.t, self.slot, self.id) = (t, slot, id);
-        }
+        comes_before((t, id), (self.t, self.id))
     }
 
     /// A parameter beyond which nothing is nearer, with room for the rounding of those that it is compared to.
@@ -214,7 +214,7 @@ impl Accel {
     fn resolve(&self, line: Line, best: &Best) -> Option<Hit> {
         // The mark of nothing has all bits, so that a triangle is told by one question.
         if best.slot & (ANALYTIC | PLACED) == 0 {
-            return Some(self.triangle_hit(line, best));
+            return Some(self.triangle_hit(best));
         }
         if !best.is_hit() {
             return None;
@@ -225,9 +225,13 @@ impl Accel {
     }
 
     #[inline(always)]
-    fn triangle_hit(&self, line: Line, best: &Best) -> Hit {
-        let Meeting { p, b } = self.meeting(best.slot, line.exact());
-        Hit::Triangle { t: best.t as f32, id: best.id, p: p.as_vec3(), b }
+    fn triangle_hit(&self, best: &Best) -> Hit {
+        Hit::Triangle {
+            t: best.t as f32,
+            id: best.id,
+            p: best.at.p.as_vec3(),
+            b: self.vertex_weights(best.slot, best.at.b),
+        }
     }
 
     #[inline(never)]
@@ -238,10 +242,10 @@ impl Accel {
         Hit::Analytic { t: best.t as f32, id, at }
     }
 
-    /// Where a line meets the triangle in a slot.
+    /// Barycentric coordinates of the triangle in a slot, for its vertices 1 and 2.
     #[inline(always)]
-    fn meeting(&self, slot: u32, exact: [DVec3; 2]) -> Meeting {
-        self.blocks[slot as usize / LANES].meeting(slot as usize % LANES, exact)
+    fn vertex_weights(&self, slot: u32, b: [f64; 2]) -> Vec2 {
+        self.blocks[slot as usize / LANES].vertex_weights(slot as usize % LANES, b)
     }
 }
 

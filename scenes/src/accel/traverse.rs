@@ -163,8 +163,8 @@ impl Accel {
             self.offer_analytic(leaf & NUMBER, query.line, best);
         } else {
             // Number by number, so that what is nearest is kept in registers, and not where the function writes to.
-            let Best { t, slot, id, placed } = self.offer_instance(leaf & NUMBER, query.line, *best);
-            (best.t, best.slot, best.id, best.placed) = (t, slot, id, placed);
+            let Best { t, slot, id, placed, at } = self.offer_instance(leaf & NUMBER, query.line, *best);
+            (best.t, best.slot, best.id, best.placed, best.at) = (t, slot, id, placed, at);
         }
     }
 
@@ -173,20 +173,26 @@ impl Accel {
         let block = &self.blocks[index as usize];
         let mut candidates = block.candidates::<L>(proof, query, best.limit());
         while let Some(candidate) = candidates.take() {
-            let (t, lane) = (block.parameter(candidate, query), candidate.0);
-            best.offer(t, index * LANES as u32 + lane as u32, block.id(lane));
+            let (crossing, lane) = (block.crossing(candidate, query), candidate.0);
+            let id = block.id(lane);
+            if best.is_after(crossing.t, id) {
+                (best.t, best.slot, best.id) = (crossing.t, index * LANES as u32 + lane as u32, id);
+                best.at = crossing.point();
+            }
         }
     }
 
     #[inline(always)]
-    pub(super) fn offer_analytic(&self, index: u32, line: Line, best: &mut Best) {
+    fn offer_analytic(&self, index: u32, line: Line, best: &mut Best) {
         let (t, slot) = (self.analytic_parameter(index, line), ANALYTIC | index);
-        best.offer(t, slot, slot);
+        if best.is_after(t, slot) {
+            (best.t, best.slot, best.id) = (t, slot, slot);
+        }
     }
 
     /// The parameter at which a line first meets an analytic surface, if it does ahead.
     #[inline(never)]
-    fn analytic_parameter(&self, index: u32, line: Line) -> f64 {
+    pub(super) fn analytic_parameter(&self, index: u32, line: Line) -> f64 {
         let [first, second] = self.analytic_meetings(index, line);
         // Written so that the second counts where the first is NaN.
         if first > 0.0 { first } else { second }
@@ -237,7 +243,7 @@ impl Accel {
         let block = &self.blocks[index as usize];
         let mut candidates = block.candidates::<L>(proof, query, t_max as f32 * FAR);
         while let Some(candidate) = candidates.take() {
-            let t = block.parameter(candidate, query);
+            let t = block.crossing(candidate, query).t;
             if t > 0.0 && t < t_max {
                 return true;
             }
