@@ -46,7 +46,7 @@ impl Accel {
 
     /// Visits every meeting but those in instances.
     pub(super) fn all_plain(&self, query: &Query, t_max: f64, visit: &mut impl FnMut(Best)) {
-        if !self.nodes.is_empty() {
+        if !self.is_list() {
             return self.leaves_met(query, |leaf| {
                 if leaf & SINGLE == 0 {
                     self.all_of_block(leaf & !LEAF, query, t_max, visit);

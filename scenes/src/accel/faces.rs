@@ -3,12 +3,12 @@
 //! Which faces a line meets is worked out in `f32`, with a bound on how far that may be off. What the bound leaves open, a line that
 //! passes close to a border for one, is left to the [`Block`] that has the triangles, so that the hits are its hits, to the bit.
 
-use super::block::{Block, GRAZING, LANES, PAIRS};
+use super::block::{Block, PAIRS};
 use super::lanes::{Lanes, WIDTH};
 use super::query::Line;
 use crate::ray::{Ray, UNIT_ROUNDOFF};
 use glam::DVec3;
-use sampling::Vec3;
+use shape::{Corners, Shape};
 
 /// How many borders a face has, and the diagonal between its two triangles.
 const BORDERS: usize = 4;
@@ -16,12 +16,8 @@ const DIAGONAL: usize = BORDERS;
 /// By how much distances may be off, relative to the coordinates that they are worked out from and to the length of the line up to
 /// the face; see [`Eight::met`].
 const SLACK: f32 = 64.0 * UNIT_ROUNDOFF;
-/// Four corners are in a plane if they are so close to it, relative to the largest coordinate.
-const FLAT: f64 = 4.0 * UNIT_ROUNDOFF as f64;
-/// A triangle whose height is less than this part of its sides has no plane that is known well enough.
-const NEEDLE: f64 = 1e-6;
 /// There are at most so many faces.
-const MOST: usize = u32::BITS as usize;
+pub(super) const MOST: usize = u32::BITS as usize;
 /// Bounds of rounding are no less than this, so that what they bound is far from where numbers underflow.
 const LEAST: f32 = 1e-30;
 
@@ -31,7 +27,7 @@ pub(super) struct Faces {
     eights: Vec<Eight>,
     /// Those of the first eight, the second, and so on.
     faces: Vec<Face>,
-    /// Their largest coordinate.
+    /// Their largest coordinate; NaN if there is one that can only be told by its blocks, so that all rays are left to these.
     reach: f32,
 }
 
@@ -39,7 +35,7 @@ pub(super) struct Faces {
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 struct Eight {
-    /// Unit normals, axis by axis, and the heights of their planes over the origin. NaN for what is always left to its block.
+    /// Unit normals, axis by axis, and the heights of their planes over the origin.
     normals: [[f32; WIDTH]; 3],
     heights: [f32; WIDTH],
     /// How a point's height over a plane upright on a border, or on the diagonal, is worked out: by the unit normal, which points to
@@ -76,6 +72,8 @@ struct Sight<L> {
     length: L,
     /// By how much products of a distance and a slope may be off because of coordinates, and relative to the parameter.
     slack: [L; 2],
+    /// No face is so far away.
+    farthest: L,
     /// Where its interval ends.
     limit: L,
 }
@@ -100,28 +98,30 @@ pub(super) struct Encounter {
 }
 
 impl<L: Lanes> Sight<L> {
-    /// None of a ray with which products underflow.
+    /// None of a ray with which products underflow, or among faces without a reach.
     #[inline(always)]
     fn new(proof: L::Proof, ray: &Ray, reach: f32, limit: f32) -> Option<Self> {
         let Ray { o, d, .. } = *ray;
         let length_squared = d.length_squared();
         let length = length_squared.sqrt();
-        let fixed = SLACK * length * (reach + (o.x.abs() + o.y.abs() + o.z.abs()));
+        let far = reach + (o.x.abs() + o.y.abs() + o.z.abs());
+        let fixed = SLACK * length * far;
         let sight = Sight {
             origin: [L::splat(proof, o.x), L::splat(proof, o.y), L::splat(proof, o.z)],
             direction: [L::splat(proof, d.x), L::splat(proof, d.y), L::splat(proof, d.z)],
             length: L::splat(proof, length),
             slack: [L::splat(proof, fixed), L::splat(proof, SLACK * length_squared)],
+            farthest: L::splat(proof, 2.0 * far),
             limit: L::splat(proof, limit),
         };
-        (fixed > LEAST && length_squared > LEAST).then_some(sight)
+        (fixed > LEAST && far > LEAST && length_squared > LEAST).then_some(sight)
     }
 }
 
 impl Eight {
     fn new(shapes: &[Shape]) -> Self {
         let mut eight = Eight {
-            normals: [[f32::NAN; WIDTH]; 3],
+            normals: [[0.0; WIDTH]; 3],
             heights: [0.0; WIDTH],
             borders: [[[0.0; WIDTH]; 4]; BORDERS + 1],
             occupied: (1 << shapes.len()) - 1,
@@ -148,8 +148,8 @@ impl Eight {
     /// coordinate, and the denominator by 8 of |d|. A point o + t·d is off by as much, times |d| / |n·d|, and by some rounding
     /// of its own; its distance from a border so by at most 20 roundings of R + |t·d|, times that. A block's own test moves corners
     /// across the line by less than 15 roundings of R, which is as much times |d| / |n·d| at most in the plane, and second triangles are
-    /// up to 4 off it. Multiplied by |n·d|, all this is less than 64 roundings of (R + |t·d|)·|d|. Compared this way around, what is
-    /// NaN or infinite is open, and not sure.
+    /// up to 4 off it. Multiplied by |n·d|, all this is less than 64 roundings of (R + |t·d|)·|d|. Where t is NaN or infinite, so is that
+    /// bound, and the face is open, and not sure: unless the line is so nearly along a plane that it is nowhere near it within 2 R.
     #[inline(always)]
     fn met<L: Lanes>(&self, proof: L::Proof, sight: &Sight<L>) -> Met {
         let [o_x, o_y, o_z] = sight.origin;
@@ -157,7 +157,8 @@ impl Eight {
         let (n_x, n_y, n_z) =
             (L::load(proof, &self.normals[0]), L::load(proof, &self.normals[1]), L::load(proof, &self.normals[2]));
         let slope = (n_x * d_x).plus(n_y, d_y).plus(n_z, d_z);
-        let t = L::load(proof, &self.heights).minus(n_x, o_x).minus(n_y, o_y).minus(n_z, o_z) / slope;
+        let height = L::load(proof, &self.heights).minus(n_x, o_x).minus(n_y, o_y).minus(n_z, o_z);
+        let t = height / slope;
         let p = [o_x.plus(t, d_x), o_y.plus(t, d_y), o_z.plus(t, d_z)];
         let (one, two) = (self.above::<L>(proof, 0, p), self.above::<L>(proof, 1, p));
         let (three, four) = (self.above::<L>(proof, 2, p), self.above::<L>(proof, 3, p));
@@ -165,7 +166,8 @@ impl Eight {
         let (across, steep, zero) = (self.above::<L>(proof, DIAGONAL, p), slope.abs(), L::splat(proof, 0.0));
         let slack = sight.slack[0].plus(t.abs(), sight.slack[1]);
         let between = t.min(sight.limit - t) * sight.length;
-        let missed = slack.plus(inside.min(between), steep).at_most(zero);
+        let along = sight.slack[0].plus(steep, sight.farthest).at_most(height.abs() * sight.length);
+        let missed = along | slack.plus(inside.min(between), steep).at_most(zero);
         let sure = zero.at_most(inside.min(across.abs()) * steep - slack);
         Met { open: !missed & self.occupied, sure, second: zero.differs_in_sign(across) }
     }
@@ -191,13 +193,14 @@ impl Faces {
                 shapes.extend(Shape::of(triangles, f64::from(reach)).into_iter().flatten());
             }
         }
-        debug_assert!(shapes.len() <= MOST);
+        assert!(shapes.len() <= MOST, "a list is short");
+        let reach = if shapes.iter().all(|shape| shape.normal().is_some()) { reach } else { f32::NAN };
         let eights = shapes.chunks(WIDTH).map(Eight::new).collect();
         Faces { eights, faces: shapes.iter().map(Shape::face).collect(), reach }
     }
 
-    /// Visits where the line meets faces before `limit`, and what it may meet nearly there: those that are first in the list twice,
-    /// if there is one only. False if it cannot be told in this way what it meets.
+    /// Visits where the line meets faces before `limit`, or just outside its interval; a face that is alone is visited twice. False if it
+    /// cannot be told in this way what the line meets, so that what has been visited does not count.
     #[inline(always)]
     pub fn visit<L: Lanes>(&self, proof: L::Proof, line: Line, limit: f32, mut visit: impl FnMut(Encounter)) -> bool {
         let Some(sight) = Sight::<L>::new(proof, line.ray, self.reach, limit) else { return false };
@@ -254,99 +257,6 @@ impl Faces {
     }
 }
 
-/// A triangle of a block.
-#[derive(Clone, Copy)]
-struct Corners {
-    corners: [DVec3; 3],
-    id: u32,
-    slot: u32,
-}
-
-impl Corners {
-    /// That of a lane, if it has one.
-    fn of(block: &Block, index: usize, lane: usize) -> Option<Self> {
-        let corners = block.corners(lane).map(Vec3::as_dvec3);
-        let triangle = Corners { corners, id: block.id(lane), slot: (index * LANES + lane) as u32 };
-        // One without area is never met.
-        (block.is_occupied(lane) && triangle.cross() != DVec3::ZERO).then_some(triangle)
-    }
-
-    fn cross(&self) -> DVec3 {
-        let [a, b, c] = self.corners;
-        (b - a).cross(c - a)
-    }
-
-    /// The unit normal, of a triangle that is no needle.
-    fn normal(&self) -> Option<DVec3> {
-        let ([a, b, c], cross) = (self.corners, self.cross());
-        let longest = (b - a).length_squared().max((c - a).length_squared()).max((c - b).length_squared());
-        let unit = cross / cross.length();
-        (cross.length() > NEEDLE * longest && unit.is_finite()).then_some(unit)
-    }
-}
-
-/// One triangle, or two that make a convex quadrilateral.
-struct Shape {
-    /// Three or four.
-    corners: Vec<DVec3>,
-    triangles: [Option<Corners>; 2],
-}
-
-impl Shape {
-    /// What the two triangles of a pair make: one shape if they can, or one each.
-    fn of([first, second]: [Option<Corners>; 2], reach: f64) -> [Option<Self>; 2] {
-        let single =
-            |triangle: Corners| Shape { corners: triangle.corners.to_vec(), triangles: [Some(triangle), None] };
-        let both = first.zip(second).and_then(|(first, second)| Shape::quadrilateral(first, second, reach));
-        match both {
-            Some(shape) => [Some(shape), None],
-            None => [first.map(single), second.map(single)],
-        }
-    }
-
-    fn quadrilateral(first: Corners, second: Corners, reach: f64) -> Option<Self> {
-        let ([a, b, c], [.., d]) = (first.corners, second.corners);
-        let (normal, other) = (first.normal()?, second.normal()?);
-        let corners = vec![a, b, c, d];
-        let shape = Shape { corners, triangles: [Some(first), Some(second)] };
-        let flat = normal.dot(other) > 0.0 && normal.dot(d - a).abs() <= FLAT * reach;
-        let sides = &shape.borders(normal)[..BORDERS];
-        let convex = sides.iter().all(|plane| shape.corners.iter().all(|&p| above(plane, p) >= -FLAT * reach));
-        (flat && convex).then_some(shape)
-    }
-
-    fn normal(&self) -> Option<DVec3> {
-        self.triangles[0]?.normal()
-    }
-
-    /// The planes upright on the sides, and on the diagonal, by their unit normals and less their heights.
-    fn borders(&self, normal: DVec3) -> [[f64; 4]; BORDERS + 1] {
-        let side = |from: usize, to: usize| {
-            let (from, to) = (self.corners[from], self.corners[to]);
-            let inward = normal.cross(to - from).normalize_or_zero();
-            [inward.x, inward.y, inward.z, -inward.dot(from)]
-        };
-        match self.corners.len() {
-            4 => [side(0, 1), side(1, 2), side(2, 3), side(3, 0), side(2, 0)],
-            // All that is on the face is on its only triangle, by far.
-            _ => [side(0, 1), side(1, 2), side(2, 0), side(2, 0), [0.0, 0.0, 0.0, f64::from(f32::MAX)]],
-        }
-    }
-
-    fn face(&self) -> Face {
-        let halves = self.triangles.map(|triangle| {
-            let Some(triangle) = triangle else { return Half::default() };
-            let normal = triangle.cross();
-            Half { normal, grazing: GRAZING * normal.length_squared(), id: triangle.id, slot: triangle.slot }
-        });
-        Face { corner: self.corners[0], halves }
-    }
-}
-
-/// How far a point is above a plane.
-fn above(&[x, y, z, offset]: &[f64; 4], p: DVec3) -> f64 {
-    DVec3::new(x, y, z).dot(p) + offset
-}
-
+mod shape;
 #[cfg(test)]
 mod tests;

@@ -37,9 +37,9 @@ use std::collections::HashMap;
 use traverse::FAR;
 use tree::Node;
 
-/// Whether so many surfaces are searched without a tree: triangles are tested eight at a time, others take as long by themselves.
+/// Whether so many surfaces are searched without a tree: faces are tested eight at a time, others take as long by themselves.
 pub(crate) fn are_few(triangles: usize, analytic: usize) -> bool {
-    triangles + 8 * analytic <= 32
+    triangles + 8 * analytic <= faces::MOST
 }
 
 /// The surfaces of a scene, arranged for rays.

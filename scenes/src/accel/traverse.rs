@@ -1,4 +1,4 @@
-//! The way of a ray through the tree, or along the list.
+//! The way of a ray through the tree.
 
 use super::bare::Stack;
 use super::block::LANES;

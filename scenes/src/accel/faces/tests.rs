@@ -5,7 +5,7 @@ use super::*;
 use crate::needs::Skip;
 use crate::shape::Triangle;
 use crate::test_support::Random;
-use sampling::vec3;
+use sampling::{Vec3, vec3};
 
 /// The two triangles of a quadrilateral, listed so that they make a pair.
 fn halves([a, b, c, d]: [Vec3; 4]) -> [Triangle; 2] {
@@ -86,12 +86,29 @@ fn faces_are_met_where_their_blocks_have_them() {
             for i in 0..4000 {
                 let mut ray = delicate_ray(&mut random, &triangles);
                 ray.o = [ray.o, random.direction() * 2.0 * scale][usize::from(i % 4 == 0)];
+                if i % 7 == 0 {
+                    // Along an axis, or a plane of two.
+                    ray.d[i % 3] = 0.0;
+                    ray.d[i / 7 % 3] = -0.0;
+                }
                 let line = Line { ray: &ray, exact: None };
                 let best = list.closest_in_blocks(line, Best::before(f64::from(ray.t_max)));
                 let (expected, found) = (list.resolve(line, &best), list.closest(&ray));
                 assert_eq!(bits(&found), bits(&expected), "{kernel}, {scale}, {ray:?}");
                 assert_eq!(list.any(&ray), expected.is_some(), "{kernel}, {scale}, {ray:?}");
                 met += usize::from(found.is_some());
+                // A line that is known better than it is rounded.
+                let off = |v: Vec3| v.as_dvec3() * (1.0 + 5e-8 * f64::from(random.next_1d()));
+                let exact = [ray.o, ray.d].map(off);
+                let line = Line { ray: &ray, exact: Some(&exact) };
+                let (mut nearest, before) = (Best::before(f64::INFINITY), Best::before(f64::INFINITY));
+                list.search(line, &mut nearest);
+                let best = list.closest_in_blocks(line, before);
+                // Blocks leave out by the rounded line what this meets within a rounding of its origin.
+                if nearest.t.min(best.t) > 1e-6 {
+                    assert_eq!((nearest.t, nearest.slot), (best.t, best.slot), "{kernel}, {scale}, {ray:?}, {exact:?}");
+                    assert_eq!(list.meets(line, f64::INFINITY), best.is_hit(), "{kernel}, {scale}, {ray:?}, {exact:?}");
+                }
                 told += usize::from(list.faces.visit::<Portable>((), line, f32::INFINITY, |_| ()));
             }
         }
