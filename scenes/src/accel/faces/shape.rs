@@ -10,6 +10,7 @@ use sampling::Vec3;
 const FLAT: f64 = 4.0 * UNIT_ROUNDOFF as f64;
 /// A triangle whose height is less than this part of its sides has no plane that is known well enough.
 const NEEDLE: f64 = 1e-6;
+
 /// A triangle of a block.
 #[derive(Clone, Copy)]
 pub(super) struct Corners {
