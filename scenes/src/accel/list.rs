@@ -5,7 +5,7 @@ use super::faces::Encounter;
 use super::lanes::{Lanes, Portable};
 use super::query::{Line, Query};
 use super::traverse::FAR;
-use super::{ANALYTIC, Accel, Best, Hit, NOTHING, comes_before};
+use super::{ANALYTIC, Accel, Best, Hit, comes_before};
 use crate::ray::Ray;
 
 /// The nearest hit so far, as [`Best`] has it.
@@ -35,14 +35,9 @@ impl Accel {
     /// The first surface on the ray's interval.
     #[inline(always)]
     pub(super) fn closest_hit_in_list<L: Lanes>(&self, proof: L::Proof, ray: &Ray) -> Option<Hit> {
-        let line = Line { ray, exact: None };
-        let Nearest { t, slot, id } = self.nearest_in_list::<L>(proof, line, Best::before(f64::from(ray.t_max)));
-        // The mark of nothing has all bits, so that a triangle is told by one question.
-        if slot & ANALYTIC == 0 {
-            let at = self.meeting_in_list(slot, line);
-            return Some(self.triangle_hit(&Best { slot, id, at, ..Best::before(t) }));
-        }
-        (slot != NOTHING).then(|| self.analytic_hit(line, &Best { slot, id, ..Best::before(t) }))
+        let (line, mut best) = (Line { ray, exact: None }, Best::before(f64::from(ray.t_max)));
+        self.closest_in_list::<L>(proof, line, &mut best);
+        self.resolve(line, &best)
     }
 
     /// Whether any surface is on the ray's interval.
