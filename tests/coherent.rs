@@ -34,11 +34,11 @@ fn diffuse_rooms() {
     for (name, filter) in [("cornell_box", Filter::Triangle), ("indirect_lamp", Filter::Box)] {
         let mut scene = builtin(name, SIZE);
         scene.camera.set_filter(filter);
-        let mut entries = coherent(40);
-        entries.push(Entry::new("coherent_bdpt", 40).with("coherent_bdpt and path", path.clone()));
+        let mut entries = coherent(20);
+        entries.push(Entry::new("coherent_bdpt", 20).with("coherent_bdpt and path", path.clone()));
         let runs = json!({"runs": "bdpt(roulette=none):0:0.25;coherent(roulette=none):1-4:0.75"});
-        entries.push(Entry::new("composite", 40).with("coherent in a composite", runs));
-        entries.push(Entry::new("bdpt", 24).without_roulette());
+        entries.push(Entry::new("composite", 20).with("coherent in a composite", runs));
+        entries.push(Entry::new("bdpt", 12).without_roulette());
         agree(&format!("coherent on {name}"), &scene, 4, &entries, 0.3);
     }
 }
@@ -107,7 +107,7 @@ fn edges_have_the_means_of_their_sides() {
     for filter in [Filter::Box, Filter::Triangle, Filter::Mitchell] {
         let mut scene = load(file.to_str().unwrap(), &LoadOptions::default()).unwrap();
         scene.camera.set_filter(filter);
-        let budget = Budget { samples: 16, replicates: 640, ..Budget::samples(1) }.up_to(1);
+        let budget = Budget { samples: 16, replicates: 320, ..Budget::samples(1) }.up_to(1);
         let render = |name| measure(&scene, method_with(name, json!({})).as_ref(), name, budget);
         let path = render("path");
         for name in METHODS {
@@ -148,7 +148,8 @@ fn odd_numbers_of_samples() {
 }
 
 /// With 16 independent samples of each of 128x128 pixels, orders have less than half the variance of those by `path`, and what a wall sends on of a
-/// lamp that nothing else sees less than half that of those by `bdpt` with all of its strategies.
+/// lamp that nothing else sees less than half that of those by `bdpt` with all of its strategies: without the twentieth of the pixels that vary
+/// most, of which chance has some in each image that outweigh all others.
 #[test]
 fn neighbours_take_off_half_the_variance() {
     for (scene, first, coherent, other) in [
@@ -165,10 +166,12 @@ fn takes_off_half(scene: &Scene, orders: RangeInclusive<usize>, coherent: &str, 
         let budget = Budget { samples: 16, replicates: 8, ..Budget::samples(16) }.up_to(3);
         let rendered = measure(scene, method_with(name, json!({})).as_ref(), name, budget);
         let m = &rendered.measurement;
-        orders
-            .clone()
-            .map(|order| (0..m.pixels()).map(|pixel| m.variance(order, pixel).unwrap()[1]).sum::<f64>())
-            .collect::<Vec<_>>()
+        let of_order = |order| {
+            let mut variances: Vec<f64> = (0..m.pixels()).map(|pixel| m.variance(order, pixel).unwrap()[1]).collect();
+            variances.sort_by(f64::total_cmp);
+            variances[..variances.len() * 19 / 20].iter().sum::<f64>()
+        };
+        orders.clone().map(of_order).collect::<Vec<_>>()
     };
     let ratios: Vec<f64> = variance(coherent).iter().zip(variance(other)).map(|(a, b)| a / b).collect();
     println!("{}: variance of orders {orders:?} by {coherent} over that by {other}: {ratios:.3?}", scene.name);

@@ -110,7 +110,7 @@ fn image_over_a_room_with_glass_and_mirror() {
     for mapping in [Mapping::Equirectangular, Mapping::EqualArea] {
         let sky = sky(mapping, 3.0);
         let scene = lit("sky", Balls::GlassAndMirror, |builder| builder.environment_image(sky));
-        agree(&format!("{mapping:?} sky over a room"), &scene, 4, &entries(48), 0.8);
+        agree(&format!("{mapping:?} sky over a room"), &scene, 4, &entries(24), 0.8);
     }
 }
 

@@ -18,7 +18,7 @@ fn guided(samples: u32) -> [Entry; 2] {
 
 #[test]
 fn diffuse_rooms() {
-    for (name, samples) in [("cornell_box", 32), ("integrating_sphere", 12)] {
+    for (name, samples) in [("cornell_box", 16), ("integrating_sphere", 6)] {
         let [taught, default] = guided(samples);
         let entries = [taught, default, Entry::new("bdpt", 3 * samples / 4).without_roulette()];
         agree(&format!("guided on {name}"), &builtin(name, SIZE), 6, &entries, 0.4);

@@ -21,7 +21,7 @@ fn enclosures_of_known_orders() {
                 let settings = json!({"mis": mis, "roulette": "none", "light_paths": light_paths});
                 let label = format!("{light_paths} light paths");
                 let method = method_with("bdpt", settings);
-                truth.compare(&mut family, &label, method.as_ref(), Budget::samples(32), COLUMNS);
+                truth.compare(&mut family, &label, method.as_ref(), Budget::samples(16), COLUMNS);
             }
             family.finish(0.9);
         }
@@ -33,7 +33,7 @@ fn enclosures_of_known_orders() {
 #[test]
 fn built_in_scenes() {
     for (name, max_order) in [("cornell_box", 6), ("veach_mis", 6), ("glass_caustic", 1), ("indirect_lamp", 4)] {
-        let samples = if name == "veach_mis" { 64 } else { 32 };
+        let samples = if name == "veach_mis" { 32 } else { 16 };
         let entry =
             |label, mis| Entry::new("bdpt", samples).with(label, json!({"mis": mis, "roulette": "none"})).by_night(8);
         let mut entries = vec![entry("by densities", "balance"), entry("by variances", "variance_aware")];

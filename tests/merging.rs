@@ -133,7 +133,7 @@ fn agree(scene: &Scene, (radius, bound): (f64, f64), (samples, of_bdpt): (u32, u
 #[test]
 fn in_the_cornell_box_it_is_bdpt() {
     let scene = builtin("cornell_box", 16);
-    agree(&scene, (0.02, 0.004), (32, 16));
+    agree(&scene, (0.02, 0.004), (16, 8));
 }
 
 #[test]
@@ -154,10 +154,10 @@ fn what_mirrors_send_from_a_point_is_merged() {
     let scene = builder.build(Skip::Unneeded).unwrap();
     // Vertices that the camera sees without a mirror: there light tracing has everything.
     let pixels = pixels_without_delta(&scene);
-    let light = measure(&scene, method("light").as_ref(), "light", Budget::samples(128).up_to(4));
+    let light = measure(&scene, method("light").as_ref(), "light", Budget::samples(64).up_to(4));
     let mut family = Family::new("a point by mirrors");
     for name in METHODS {
-        let merged = merging(&scene, name, json!({"radius": 0.01}), "point", iterations(32, 256, 4));
+        let merged = merging(&scene, name, json!({"radius": 0.01}), "point", iterations(16, 256, 4));
         for order in 1..=4 {
             let (a, b) = (merged.over(order, &pixels), light.over(order, &pixels));
             println!("{name} order {order}: {} ± {}", a.mean / b.mean - 1.0, a.error.hypot(b.error) / b.mean);

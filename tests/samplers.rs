@@ -14,7 +14,7 @@ fn every_sampler_has_the_mean_of_independent_numbers() {
     for (turn, name) in ALL.into_iter().enumerate() {
         let method = plain(name);
         let render = |sampler: SamplerKind, samples: u32| {
-            let budget = Budget { samples, replicates: 256, sampler, ..Budget::samples(1).up_to(4) };
+            let budget = Budget { samples, replicates: 128, sampler, ..Budget::samples(1).up_to(4) };
             measure(&scene, method.as_ref(), &format!("{name} {sampler} {samples}"), budget)
         };
         let independent = render(SamplerKind::Independent, 32);

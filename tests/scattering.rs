@@ -197,11 +197,11 @@ fn examples(max_order: usize, suits: impl Fn(&Bsdf) -> bool, check: impl Fn(&str
 }
 
 /// Compares all methods that carry all the light; light tracing's samples seldom come into view, and it gets more.
-fn compare(truth: &Truth, lobes: Lobes, conclusive: f64) {
+fn compare(truth: &Truth, lobes: Lobes, samples: u32, conclusive: f64) {
     let mut family = Family::new(truth.name());
     // A pinhole does not see by light tracing what a delta lobe sends to it.
     for name in ALL.into_iter().filter(|name| *name != "light" || !lobes.intersects(Lobes::DELTA)) {
-        let budget = Budget::samples(if name == "light" { 512 } else { 64 });
+        let budget = Budget::samples(if name == "light" { 8 * samples } else { samples });
         truth.compare(&mut family, name, plain(name).as_ref(), budget, COLUMNS);
     }
     family.finish(conclusive);
@@ -219,7 +219,7 @@ fn many_times_inside_a_glowing_sphere() {
         builder.camera(camera(dvec3(0.3, 0.2, 0.7), dvec3(0.1, -0.6, 0.0), 50.0, 4));
         let scene = builder.build(Skip::Unneeded).unwrap();
         let truth = Truth::new(&scene, |hit, ray| orders.towards(hit.frame.to_local(-ray.d)));
-        compare(&truth, bsdf.lobes(), 0.7);
+        compare(&truth, bsdf.lobes(), 32, 0.7);
     });
 }
 
@@ -246,7 +246,7 @@ fn once_by_a_ball_in_a_uniform_environment() {
             let truth = Truth::new(&scene, |hit, ray| {
                 vec![0.0, radiance as f64 * orders.towards(hit.frame.to_local(-ray.d))[1]]
             });
-            compare(&truth, bsdf.lobes(), 0.8);
+            compare(&truth, bsdf.lobes(), 64, 0.8);
         },
     );
 }

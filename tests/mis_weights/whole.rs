@@ -47,8 +47,11 @@ impl<'a> Whole<'a> {
 
     /// By how much of themselves the densities of all vertices together may be off here, where directions are worked out of points:
     /// these are rounded, rays start beside them, and what that turns a direction by is divided by the cosine where it is grazing.
-    /// Without what narrow lobes make of it. NaN where two points are one.
+    /// Without what narrow lobes make of it. NaN where two points are one, and where light comes from the border of an environment's pixels.
     pub fn rounding(&self) -> f64 {
+        if self.is_at_a_border() {
+            return f64::NAN;
+        }
         let cosine = |i: usize, w: Vec3| match &self.vertices[i].site {
             _ if self.is_infinite(i) => 1.0,
             Site::Surface(hit) => w.dot(self.vertices[i].at.ng).abs().min(w.dot(hit.ns()).abs()),
@@ -67,6 +70,15 @@ impl<'a> Whole<'a> {
             4.0 * f64::from(f32::EPSILON * size / p.distance(q)) * slants
         };
         (1..self.len()).map(|i| edge(i - 1, i)).sum()
+    }
+
+    /// Whether rounding turns the way from what is infinitely far into another piece of it, of another density.
+    fn is_at_a_border(&self) -> bool {
+        let pdf = |d: Vec3| self.scene.pdf_le(self.emitter, &self.endpoint, d).0;
+        let d = self.direction(0, 1);
+        let here = pdf(d);
+        let turned = Vec3::AXES.into_iter().flat_map(|axis| [-2.0, 2.0].map(|steps| d + steps * f32::EPSILON * axis));
+        self.is_infinite(0) && turned.into_iter().any(|d| (pdf(d.normalize()) - here).abs() > 0.1 * here)
     }
 
     /// Unit direction of flight from a vertex that is infinitely far.

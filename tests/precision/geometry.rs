@@ -98,9 +98,10 @@ fn triangles_and_the_starts_of_rays() {
     shares.finish(0.5);
 }
 
-/// Lines through a point of a sphere, from anywhere, meet it there.
+/// Lines through a point of a sphere, from anywhere, meet it there, but for what rounds the origin, over how steeply they do.
 #[test]
 fn lines_and_spheres() {
+    const BOUND: f64 = 6.0;
     let mut dice = Dice::new(15);
     let mut worst = Worst::of("where a line meets a sphere");
     for _ in 0..TRIES {
@@ -113,16 +114,17 @@ fn lines_and_spheres() {
         let direction = c + n * r - origin;
         let length2 = direction.length_squared();
         let cos = n.dot(direction).abs() / length2.sqrt();
-        if cos < 1e-6 {
+        // What rounds the origin about the centre; where it is more than the height of the cap that the line cuts off, the line may pass it by.
+        let rounded = double(1.0) * ((origin - c).length() + c.length() + r);
+        if 0.5 * r * cos * cos < BOUND * rounded {
             continue;
         }
         let roots = sphere.meetings(origin, direction, 1.0 / length2);
         let nearest = roots.into_iter().min_by(|a, b| (a - 1.0).abs().total_cmp(&(b - 1.0).abs())).unwrap();
-        // What rounds the origin about the centre, over how steeply the line meets the sphere.
-        let steps = ((origin - c).length() + c.length() + r) / (length2.sqrt() * cos);
-        worst.add_in(nearest, 1.0, double(1.0) * steps, || format!("cos {cos:e}, {:e} radii away", length2.sqrt() / r));
+        let unit = rounded / (length2.sqrt() * cos);
+        worst.add_in(nearest, 1.0, unit, || format!("cos {cos:e}, {:e} radii away", length2.sqrt() / r));
     }
-    worst.finish(6.0);
+    worst.finish(BOUND);
 }
 
 #[test]
