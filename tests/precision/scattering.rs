@@ -39,7 +39,7 @@ fn fresnel_of_dielectrics() {
         let at = || format!("cos {cos:e}, index {eta}");
         // There F goes with the root of what is left to the critical angle, and the rounding of that is all there is of it.
         let (left, whole) = (n * n - 1.0 + c * c, (c * c).max((n * n - 1.0).abs()));
-        if left > 0.01 * whole {
+        if left > 0.05 * whole {
             // Near Brewster's angle, where b² vanishes beside 1, F does not vanish.
             reflected.add(found.reflected, f, at);
             transmitted.add(found.transmitted, t, at);
@@ -55,8 +55,8 @@ fn fresnel_of_dielectrics() {
             );
         }
     }
-    reflected.finish(50.0);
-    transmitted.finish(60.0);
+    reflected.finish(40.0);
+    transmitted.finish(20.0);
     near.finish(1.2);
 }
 
