@@ -69,6 +69,8 @@ const FAULTS: &[(&str, &str)] = &[
     ("image_upside_down", "textures::an_image_over_a_sphere"),
     ("normals_by_the_matrix", "instances::instances_show_what_copies_show"),
     ("tree_density_of_the_sibling", "distant_emitters::a_crowd_whatever_the_choice"),
+    ("points_on_edges", "stress::shapes::rays_go_on_within_from_the_edges_of_a_room"),
+    ("faces_without_their_bound", "stress::shapes::rays_go_on_within_from_the_edges_of_a_room"),
     ("start_not_moved", "shapes::rays_that_leave_a_surface_do_not_meet_it_again"),
     ("segment_meets_its_end", "orders::furnace"),
     ("disc_of_another_radius", "distant_emitters::parallel_light_in_a_room"),

@@ -3,11 +3,11 @@
 use super::{ALBEDO, EMITTED, EQUILIBRIUM, furnace, is_a_furnace, is_in_equilibrium};
 use crate::support::{ALL, Budget, Family, block, camera, lambert, measure, method, plain, scale, shining};
 use glam::{DVec3, Vec3Swizzles, dvec3};
-use sampling::Vec3;
 use sampling::bsdf::{Bsdf, Dielectric, Mirror};
 use sampling::math::Spectrum;
 use sampling::rng::Stream;
-use scenes::{MeshData, Ray, Scene, SceneBuilder, Skip};
+use sampling::{Vec3, vec2, vec3, warp};
+use scenes::{EmitterId, MeshData, Ray, Scene, SceneBuilder, Skip};
 use std::f64::consts::TAU;
 
 /// An enclosure whose walls are fans of slivers: a thousand triangles each from one corner, along which rays may slip out.
@@ -305,4 +305,35 @@ fn no_ray_leaves_a_closed_mesh() {
         lost += u32::from(!scene.occluded(&Ray::new(origin, d)));
     }
     assert_eq!(lost, 0, "of {rays} rays");
+}
+
+/// In a room whose walls shine, a ray at a point of an edge or at a corner, on from where it ends to the side that it came from, and from the
+/// edge of a wall as light begins there: none may leave, though what is rounded may have put the point on the wall next to its own.
+#[test]
+fn rays_go_on_within_from_the_edges_of_a_room() {
+    let scene = furnace("room", 1).build(Skip::Unneeded).unwrap();
+    let mut stream = Stream::new(crate::support::seed(), 1);
+    let mut number = move || stream.next_f32();
+    let within = |ray: &Ray| scene.intersect(ray).is_some() && scene.occluded(ray);
+    let mut lost = [0; 3];
+    for i in 0..500_000u32 {
+        let mut sign = || if number() < 0.5 { -1.0 } else { 1.0 };
+        let mut target = vec3(sign(), sign(), sign());
+        if i % 4 != 0 {
+            target[(i % 3) as usize] *= 2.0 * number() - 1.0;
+        }
+        let origin = warp::uniform_sphere(vec2(number(), number())) * 0.9 * number();
+        let ray = Ray::new(origin, (target - origin).normalize());
+        lost[0] += u32::from(!within(&ray));
+        if let Some(hit) = scene.intersect(&ray) {
+            let (d, ng) = (warp::uniform_sphere(vec2(number(), number())), hit.point.ng);
+            let back = if d.dot(ng) * ray.d.dot(ng) > 0.0 { -d } else { d };
+            lost[1] += u32::from(!within(&hit.point.spawn(back)));
+        }
+        let end = [0.0, 1.0f32.next_down()][(i % 2) as usize];
+        let u_p = if i % 3 == 0 { vec2(end, number()) } else { vec2(number(), end) };
+        let light = scene.sample_le(EmitterId(i % 6), u_p, vec2(number(), number()));
+        lost[2] += u32::from(light.is_some_and(|light| !within(&light.ray)));
+    }
+    assert_eq!(lost, [0; 3], "rays at edges, on from there, and from where light begins there");
 }

@@ -1,22 +1,41 @@
-//! `neumann bench leaks`: rays at edges and vertices of closed meshes from within, of which none may get out.
+//! `neumann bench leaks`: rays at edges and vertices of closed meshes from within, and on from what they meet there; none may get out.
 
 use super::meshes::bumpy_ball;
 use crate::cli::print;
 use crate::error::{Error, Status};
-use glam::{DVec3, dvec3};
+use glam::{DVec2, DVec3, dvec2, dvec3};
 use rayon::prelude::*;
 use sampling::bsdf::Lambert;
 use sampling::math::Spectrum;
 use sampling::rng::{Stream, mix2};
 use sampling::{Vec3, vec2, warp};
-use scenes::{CameraSettings, Kernel, Ray, Scene, SceneBuilder, SceneError, Skip};
+use scenes::{CameraSettings, Kernel, MeshData, Ray, Scene, SceneBuilder, SceneError, Skip};
 
-/// Rows of the meshes: a list without a tree, a small tree, and a large one.
-const MESHES: [usize; 3] = [5, 24, 120];
-/// Where the meshes are: around the origin, and away from it, where coordinates are rounded more.
-const OFFSETS: [DVec3; 2] = [DVec3::ZERO, dvec3(100.0, 200.0, -50.0)];
+/// Where the meshes are: around the origin; with the cube's corner there, where coordinates are rounded least; and far from it.
+const OFFSETS: [DVec3; 3] = [DVec3::ZERO, DVec3::ONE, dvec3(100.0, 200.0, -50.0)];
 /// Rays with random numbers of their own.
 const CHUNK: u64 = 1 << 16;
+
+/// Closed meshes around the origin: balls that are a list without a tree, a small tree, and a large one; a cube, and a roof with an edge
+/// of 42 degrees.
+fn meshes() -> [MeshData; 5] {
+    let cube = [dvec2(-1.0, -1.0), dvec2(1.0, -1.0), dvec2(1.0, 1.0), dvec2(-1.0, 1.0)];
+    let roof = [dvec2(-1.6, 0.0), dvec2(1.0, -1.0), dvec2(1.0, 1.0)];
+    [bumpy_ball(5), bumpy_ball(24), bumpy_ball(120), prism(&cube), prism(&roof)]
+}
+
+/// A prism of height 2 over a convex outline that runs counter-clockwise.
+fn prism(outline: &[DVec2]) -> MeshData {
+    let n = outline.len() as u32;
+    let positions = [-1.0, 1.0].iter().flat_map(|&z| outline.iter().map(move |p| p.extend(z))).collect();
+    let side = |i: u32| {
+        let [a, b] = [i, (i + 1) % n];
+        [[a, b, b + n], [a, b + n, a + n]]
+    };
+    let end = |i: u32| [[0, i + 1, i], [n, n + i, n + i + 1]];
+    let triangles = (0..n).flat_map(side).chain((1..n - 1).flat_map(end)).collect();
+    MeshData { positions, triangles, ..MeshData::default() }
+}
 
 /// A closed mesh around its middle.
 struct Closed {
@@ -28,13 +47,14 @@ struct Closed {
 
 /// Shoots at least so many rays with every kernel, and says how many got out.
 pub(super) fn leaks(rays: u64, seed: u64) -> Result<Status, Error> {
-    let chunks = rays.div_ceil(CHUNK * (MESHES.len() * OFFSETS.len()) as u64).max(1);
+    let meshes = meshes();
+    let chunks = rays.div_ceil(CHUNK * (meshes.len() * OFFSETS.len()) as u64).max(1);
     let mut text = String::new();
     let mut leaked = 0;
     for kernel in Kernel::available() {
         let (mut shot, mut out) = (0, 0);
-        for (index, (n, offset)) in MESHES.iter().flat_map(|n| OFFSETS.map(|offset| (*n, offset))).enumerate() {
-            let mut closed = Closed::new(n, offset)?;
+        for (index, (mesh, offset)) in meshes.iter().flat_map(|m| OFFSETS.map(|offset| (m, offset))).enumerate() {
+            let mut closed = Closed::new(mesh.clone(), offset)?;
             closed.scene.set_kernel(kernel);
             let seed = mix2(seed, index as u64);
             out += (0..chunks).into_par_iter().map(|chunk| closed.escapes(Stream::new(seed, chunk))).sum::<u64>();
@@ -48,25 +68,30 @@ pub(super) fn leaks(rays: u64, seed: u64) -> Result<Status, Error> {
 }
 
 impl Closed {
-    fn new(n: usize, offset: DVec3) -> Result<Self, SceneError> {
-        let mut mesh = bumpy_ball(n);
+    fn new(mut mesh: MeshData, offset: DVec3) -> Result<Self, SceneError> {
         mesh.positions.iter_mut().for_each(|p| *p += offset);
         let corners = mesh.positions.iter().map(|p| p.as_vec3()).collect();
         let triangles = mesh.triangles.clone();
         let mut builder = SceneBuilder::new("closed");
         let grey = builder.material(Lambert { albedo: Spectrum::splat(0.5) });
         // A speck keeps the scene from being recentred.
-        builder.sphere(DVec3::ZERO, 1e-3, grey);
+        builder.sphere(offset * -0.5, 1e-3, grey);
         builder.mesh(mesh, grey);
         builder.camera(CameraSettings::pinhole(offset, offset + DVec3::X, 40.0, (16, 16)));
         Ok(Closed { scene: builder.build(Skip::Unneeded)?, middle: offset.as_vec3(), corners, triangles })
     }
 
-    /// How many of a chunk of rays meet nothing, by either question.
+    /// How many of a chunk of rays meet nothing, by either question: every second one goes on from where the one before has ended.
     fn escapes(&self, mut stream: Stream) -> u64 {
         let mut out = 0;
-        for _ in 0..CHUNK {
+        for _ in 0..CHUNK / 2 {
             let ray = self.ray(&mut stream);
+            let hit = self.scene.intersect(&ray);
+            out += u64::from(hit.is_none() || !self.scene.occluded(&ray));
+            let Some(hit) = hit else { continue };
+            let d = warp::uniform_sphere(vec2(stream.next_f32(), stream.next_f32()));
+            let back = hit.point.ng.dot(d) * hit.point.ng.dot(ray.d) > 0.0;
+            let ray = hit.point.spawn(if back { -d } else { d });
             out += u64::from(self.scene.intersect(&ray).is_none() || !self.scene.occluded(&ray));
         }
         out
@@ -97,7 +122,7 @@ mod tests {
 
     #[test]
     fn no_ray_gets_out_and_from_outside_some_do() {
-        let mut closed = Closed::new(5, DVec3::ZERO).unwrap();
+        let mut closed = Closed::new(bumpy_ball(5), DVec3::ZERO).unwrap();
         assert_eq!(closed.escapes(Stream::new(1, 1)), 0);
         closed.middle = Vec3::splat(3.0);
         assert!(closed.escapes(Stream::new(1, 1)) > 0);

@@ -4,7 +4,7 @@ use super::lanes::{Lanes, WIDTH};
 use super::pairing::Pair;
 use super::query::{Line, Query};
 use crate::ray::UNIT_ROUNDOFF;
-use crate::shape::Triangle;
+use crate::shape::{Triangle, margin};
 use glam::DVec3;
 use sampling::{Vec2, Vec3, vec2};
 
@@ -14,8 +14,12 @@ pub(super) const PAIRS: usize = WIDTH / 2;
 pub(super) const LANES: usize = WIDTH;
 
 /// Triangles have numbers below two to this.
-const NUMBER_BITS: u32 = 30;
+const NUMBER_BITS: u32 = 28;
 const NUMBER: u32 = (1 << NUMBER_BITS) - 1;
+/// Above it is by how much a triangle's corners are rotated against its vertices as given, and from here on its place in [`NEAR`].
+const NEAR_SHIFT: u32 = NUMBER_BITS + 2;
+/// Points with no barycentric coordinate below one of these are off the edges, from large triangles to needles.
+static NEAR: [f64; 4] = [1.0 / (1 << 17) as f64, 1.0 / (1 << 11) as f64, 1.0 / (1 << 5) as f64, 1.0];
 /// Where the weight of vertex 1 stands among those of the corners 1, 2 and 0, by how much corners are rotated.
 static FIRST_WEIGHT: [usize; 4] = [0, 2, 1, 0];
 /// A triangle's plane is seen at a grazing angle where the square of its sine is below this.
@@ -37,7 +41,7 @@ pub(super) struct Block {
     axes: [[f32; 4 * PAIRS]; 3],
     /// The unit normals of the triangles, axis by axis; zero where there is no area.
     normals: [[f32; LANES]; 3],
-    /// The triangle of each lane, `u32::MAX` for none; above [`NUMBER_BITS`] by how much its corners are rotated against its vertices as given.
+    /// The triangle of each lane, `u32::MAX` for none, and above [`NUMBER_BITS`] what else there is to know of it.
     ids: [u32; LANES],
 }
 
@@ -116,8 +120,11 @@ impl Block {
                     continue;
                 }
                 debug_assert!(member.id < NUMBER && member.rotation < 3);
-                block.ids[index + half * PAIRS] = member.id | u32::from(member.rotation) << NUMBER_BITS;
-                let [a, b, c] = block.corners(index + half * PAIRS).map(Vec3::as_dvec3);
+                let corners = block.corners(index + half * PAIRS).map(Vec3::as_dvec3);
+                let near = NEAR.iter().filter(|&&near| near < margin::greatest_least(&corners)).count() as u32;
+                block.ids[index + half * PAIRS] =
+                    member.id | u32::from(member.rotation) << NUMBER_BITS | near << NEAR_SHIFT;
+                let [a, b, c] = corners;
                 let normal = (b - a).cross(c - a).normalize_or_zero().as_vec3();
                 for (axis, coordinate) in normal.to_array().into_iter().enumerate() {
                     block.normals[axis][index + half * PAIRS] = coordinate;
@@ -141,7 +148,7 @@ impl Block {
     /// By how much a lane's corners are rotated against its triangle's vertices.
     #[inline]
     fn rotation(&self, lane: usize) -> usize {
-        (self.ids[lane % LANES] >> NUMBER_BITS) as usize
+        (self.ids[lane % LANES] >> NUMBER_BITS) as usize % 4
     }
 
     /// The corners of a lane's triangle, rotated as they are kept.
@@ -164,12 +171,27 @@ impl Block {
         })
     }
 
+    /// Whether a point of a lane's triangle may be so close to an edge that it is to be moved off it.
+    #[inline(always)]
+    pub fn is_near_edge(&self, lane: usize, [b1, b2]: [f64; 2]) -> bool {
+        min(min(b1, b2), 1.0 - b1 - b2) < NEAR[(self.ids[lane % LANES] >> NEAR_SHIFT) as usize]
+    }
+
+    /// The point off the edges of a lane's triangle.
+    #[cold]
+    #[inline(never)]
+    pub fn off_edges(&self, lane: usize, at: Meeting) -> Meeting {
+        let corners = self.corners(lane).map(Vec3::as_dvec3);
+        let b = margin::off_edges(&corners, at.b);
+        if b == at.b { at } else { Meeting { p: margin::point(&corners, b), b } }
+    }
+
     /// Barycentric coordinates of a lane's triangle, for the vertices 1 and 2 in the order they were given in.
     #[inline(always)]
     pub fn vertex_weights(&self, lane: usize, [b1, b2]: [f64; 2]) -> Vec2 {
         // Vertex v is corner v − rotation, so that the weights of the vertices 1 and 2 are those of the corners that follow on this.
         let weights = [b1 as f32, b2 as f32, (1.0 - b1 - b2) as f32, b1 as f32];
-        let first = FIRST_WEIGHT[self.rotation(lane) % 4];
+        let first = FIRST_WEIGHT[self.rotation(lane)];
         vec2(weights[first], weights[first + 1])
     }
 

@@ -8,6 +8,7 @@ use super::lanes::{Lanes, WIDTH};
 use super::query::Line;
 use crate::ray::{Ray, UNIT_ROUNDOFF};
 use glam::DVec3;
+use sampling::fault;
 use shape::{Corners, Shape};
 
 /// How many borders a face has, and the diagonal between its two triangles.
@@ -105,7 +106,7 @@ impl<L: Lanes> Sight<L> {
         let length_squared = d.length_squared();
         let length = length_squared.sqrt();
         let far = reach + (o.x.abs() + o.y.abs() + o.z.abs());
-        let fixed = SLACK * length * far;
+        let fixed = fault!("faces_without_their_bound", SLACK, 1e-12) * length * far;
         let sight = Sight {
             origin: [L::splat(proof, o.x), L::splat(proof, o.y), L::splat(proof, o.z)],
             direction: [L::splat(proof, d.x), L::splat(proof, d.y), L::splat(proof, d.z)],

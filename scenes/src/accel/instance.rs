@@ -6,11 +6,12 @@
 //! leaks between its neighbours; on which side of a triangle's plane the origin is, and where an analytic surface is met, is
 //! decided in `f64` without that rounding.
 
+use super::block::LANES;
 use super::crossings::Primitive;
 use super::query::{Line, Query};
-use super::{ANALYTIC, Accel, Best, Hit, Kernel, PLACED, Placed};
+use super::{ANALYTIC, Accel, Best, Hit, Kernel, Meeting, PLACED, Placed};
 use crate::ray::{Ray, rounding};
-use crate::shape::{Analytic, Triangle};
+use crate::shape::{Analytic, Triangle, margin};
 use glam::{DAffine3, DMat3, DVec3};
 use sampling::Vec3;
 use sampling::fault;
@@ -80,6 +81,15 @@ impl Instance {
     #[inline]
     pub fn to_local(&self, p: Vec3) -> Vec3 {
         self.to_local.transform_point3(p.as_dvec3()).as_vec3()
+    }
+
+    /// Where a triangle of the group is met, off its edges by what is rounded there and in the scene: barycentric coordinates, and the point
+    /// in the scene.
+    fn off_edges(&self, corners: [Vec3; 3], at: Meeting) -> ([f64; 2], DVec3) {
+        let local = corners.map(Vec3::as_dvec3);
+        let placed = local.map(|corner| self.to_world.transform_point3(corner));
+        let b = margin::off_edges(&placed, margin::off_edges(&local, at.b));
+        (b, if b == at.b { self.to_world.transform_point3(at.p) } else { margin::point(&placed, b) })
     }
 
     /// A vector along the group's surfaces, in the scene.
@@ -301,8 +311,9 @@ impl Prototype {
             let ng = instance.covector_to_world(normal).normalize().as_vec3();
             return Hit::PlacedAnalytic { t, id: best.id & !ANALYTIC, instance: index, p: place(p), ng };
         }
-        let b = self.accel.vertex_weights(best.slot, best.at.b);
-        Hit::PlacedTriangle { t, id: best.id, instance: index, p: place(best.at.p), b }
+        let (block, lane) = (&self.accel.blocks[best.slot as usize / LANES], best.slot as usize % LANES);
+        let (b, p) = instance.off_edges(block.corners(lane), best.at);
+        Hit::PlacedTriangle { t, id: best.id, instance: index, p: p.as_vec3(), b: block.vertex_weights(lane, b) }
     }
 }
 

@@ -226,12 +226,9 @@ impl Accel {
 
     #[inline(always)]
     fn triangle_hit(&self, best: &Best) -> Hit {
-        Hit::Triangle {
-            t: best.t as f32,
-            id: best.id,
-            p: best.at.p.as_vec3(),
-            b: self.vertex_weights(best.slot, best.at.b),
-        }
+        let (block, lane) = (&self.blocks[best.slot as usize / LANES], best.slot as usize % LANES);
+        let at = if block.is_near_edge(lane, best.at.b) { block.off_edges(lane, best.at) } else { best.at };
+        Hit::Triangle { t: best.t as f32, id: best.id, p: at.p.as_vec3(), b: block.vertex_weights(lane, at.b) }
     }
 
     #[inline(never)]
@@ -240,12 +237,6 @@ impl Accel {
         let [origin, direction] = line.exact();
         let at = self.analytic[id as usize].point(origin, direction, best.t);
         Hit::Analytic { t: best.t as f32, id, at }
-    }
-
-    /// Barycentric coordinates of the triangle in a slot, for its vertices 1 and 2.
-    #[inline(always)]
-    fn vertex_weights(&self, slot: u32, b: [f64; 2]) -> Vec2 {
-        self.blocks[slot as usize / LANES].vertex_weights(slot as usize % LANES, b)
     }
 }
 

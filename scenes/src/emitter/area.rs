@@ -216,6 +216,20 @@ impl AreaEmitter {
         }
     }
 
+    /// A sampled point where rays can leave it, inside of what adjoins its triangle at the edges.
+    #[inline]
+    fn off_edges(&self, &Sampled { at, triangle, b }: &Sampled) -> SurfacePoint {
+        match &self.shape {
+            AreaShape::Quad(quad) => quad.sample_off_edges(b),
+            AreaShape::Rectangle(rectangle) => rectangle.quad.sample_off_edges(b),
+            AreaShape::Mesh { triangles, .. } => {
+                let triangle = &triangles[triangle as usize].0;
+                triangle.point(triangle.off_edges([b.x.into(), b.y.into()]), at.ng)
+            }
+            AreaShape::Sphere(_) | AreaShape::Disk(_) | AreaShape::Cylinder(_) => at,
+        }
+    }
+
     /// A sphere whose outside emits is sampled by the cone it fills, where it is seen from outside.
     #[inline]
     fn cone_sphere(&self) -> Option<&Sphere> {
@@ -318,7 +332,7 @@ impl AreaEmitter {
     #[inline]
     pub fn sample_le(&self, u_p: Vec2, u_d: Vec2) -> Option<LeSample> {
         let sampled = self.sample_area(u_p);
-        let at = sampled.at;
+        let at = self.off_edges(&sampled);
         let (normal, u_d) = self.choose_side(at.ng, u_d);
         let local = warp::cosine_hemisphere(u_d);
         if local.z <= 0.0 {

@@ -4,6 +4,7 @@ mod analytic;
 mod cylinder;
 mod disk;
 mod few_triangles;
+pub(crate) mod margin;
 mod mesh;
 mod rectangle;
 mod sphere;

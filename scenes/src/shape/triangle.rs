@@ -1,5 +1,6 @@
 //! Triangles and parallelograms as areas to sample.
 
+use super::margin;
 use crate::ray::SurfacePoint;
 use glam::DVec3;
 use sampling::{Vec2, Vec3};
@@ -39,6 +40,12 @@ impl Triangle {
         SurfacePoint::on_surface(p.as_vec3(), ng, self.residual())
     }
 
+    /// Barycentric coordinates of a point that rays can leave, inside of what adjoins the triangle at its edges.
+    #[inline]
+    pub(crate) fn off_edges(&self, b: [f64; 2]) -> [f64; 2] {
+        margin::off_edges(&self.0.map(Vec3::as_dvec3), b)
+    }
+
     fn double_area_vector(&self) -> DVec3 {
         let [a, b, c] = self.0.map(Vec3::as_dvec3);
         (b - a).cross(c - a)
@@ -66,12 +73,26 @@ impl Parallelogram {
     /// The point at `u`, uniform over the area and continuous in `u`, on the triangle that a ray there would meet.
     #[inline]
     pub fn sample(&self, u: Vec2) -> SurfacePoint {
+        let (triangle, b, ng) = self.part(u);
+        triangle.point(b, ng)
+    }
+
+    /// The same off the edges.
+    #[inline]
+    pub(crate) fn sample_off_edges(&self, u: Vec2) -> SurfacePoint {
+        let (triangle, b, ng) = self.part(u);
+        triangle.point(triangle.off_edges(b), ng)
+    }
+
+    /// The triangle that `u` is on, the place there, and its normal.
+    #[inline]
+    fn part(&self, u: Vec2) -> (Triangle, [f64; 2], Vec3) {
         let (x, y) = (f64::from(u.x), f64::from(u.y));
         let [a, b, c, d] = self.corners;
         if x >= y {
-            Triangle([a, b, c]).point([x - y, y], self.normals[0])
+            (Triangle([a, b, c]), [x - y, y], self.normals[0])
         } else {
-            Triangle([a, c, d]).point([x, y - x], self.normals[1])
+            (Triangle([a, c, d]), [x, y - x], self.normals[1])
         }
     }
 }
