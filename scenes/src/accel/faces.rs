@@ -106,12 +106,13 @@ impl<L: Lanes> Sight<L> {
         let length_squared = d.length_squared();
         let length = length_squared.sqrt();
         let far = reach + (o.x.abs() + o.y.abs() + o.z.abs());
-        let fixed = fault!("faces_without_their_bound", SLACK, 1e-12) * length * far;
+        let off = fault!("faces_without_their_bound", SLACK, 1e-12);
+        let fixed = off * length * far;
         let sight = Sight {
             origin: [L::splat(proof, o.x), L::splat(proof, o.y), L::splat(proof, o.z)],
             direction: [L::splat(proof, d.x), L::splat(proof, d.y), L::splat(proof, d.z)],
             length: L::splat(proof, length),
-            slack: [L::splat(proof, fixed), L::splat(proof, SLACK * length_squared)],
+            slack: [L::splat(proof, fixed), L::splat(proof, off * length_squared)],
             farthest: L::splat(proof, 2.0 * far),
             limit: L::splat(proof, limit),
         };
