@@ -90,8 +90,12 @@ impl Closed {
             out += u64::from(hit.is_none() || !self.scene.occluded(&ray));
             let Some(hit) = hit else { continue };
             let d = warp::uniform_sphere(vec2(stream.next_f32(), stream.next_f32()));
-            let back = hit.point.ng.dot(d) * hit.point.ng.dot(ray.d) > 0.0;
-            let ray = hit.point.spawn(if back { -d } else { d });
+            let cos = hit.point.ng.dot(d);
+            // What is exactly along the surface leaves to neither side.
+            if cos == 0.0 {
+                continue;
+            }
+            let ray = hit.point.spawn(if cos * hit.point.ng.dot(ray.d) > 0.0 { -d } else { d });
             out += u64::from(self.scene.intersect(&ray).is_none() || !self.scene.occluded(&ray));
         }
         out
