@@ -3,7 +3,7 @@
 use super::meshes::bumpy_ball;
 use crate::cli::print;
 use crate::error::{Error, Status};
-use glam::{DVec2, DVec3, dvec2, dvec3};
+use glam::{DQuat, DVec2, DVec3, dvec2, dvec3};
 use rayon::prelude::*;
 use sampling::bsdf::Lambert;
 use sampling::math::Spectrum;
@@ -16,12 +16,17 @@ const OFFSETS: [DVec3; 3] = [DVec3::ZERO, DVec3::ONE, dvec3(100.0, 200.0, -50.0)
 /// Rays with random numbers of their own.
 const CHUNK: u64 = 1 << 16;
 
-/// Closed meshes around the origin: balls that are a list without a tree, a small tree, and a large one; a cube, and a roof with an edge
-/// of 42 degrees.
-fn meshes() -> [MeshData; 5] {
+/// Closed meshes around the origin: balls that are a list without a tree, a small tree, and a large one; a cube, a roof with an edge of 42
+/// degrees, and a beam that is a hundred times as long as it is wide, askew; and how far from there all is within \[m\].
+fn meshes() -> [(MeshData, f32); 6] {
     let cube = [dvec2(-1.0, -1.0), dvec2(1.0, -1.0), dvec2(1.0, 1.0), dvec2(-1.0, 1.0)];
     let roof = [dvec2(-1.6, 0.0), dvec2(1.0, -1.0), dvec2(1.0, 1.0)];
-    [bumpy_ball(5), bumpy_ball(24), bumpy_ball(120), prism(&cube), prism(&roof)]
+    let mut beam = prism(&cube.map(|p| p * 0.01));
+    let turn = DQuat::from_axis_angle(dvec3(0.3, 0.8, 0.52).normalize(), 1.1);
+    beam.positions.iter_mut().for_each(|p| *p = turn * *p);
+    let others = [bumpy_ball(5), bumpy_ball(24), bumpy_ball(120), prism(&cube), prism(&roof)];
+    let [one, two, three, four, five] = others.map(|mesh| (mesh, 0.5));
+    [one, two, three, four, five, (beam, 0.005)]
 }
 
 /// A prism of height 2 over a convex outline that runs counter-clockwise.
@@ -41,6 +46,8 @@ fn prism(outline: &[DVec2]) -> MeshData {
 struct Closed {
     scene: Scene,
     middle: Vec3,
+    /// What is so close to the middle is within \[m\].
+    inner: f32,
     corners: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
 }
@@ -57,8 +64,9 @@ pub(super) fn leaks(rays: u64, seed: u64) -> Result<Status, Error> {
             let mut closed = Closed::new(mesh.clone(), offset)?;
             closed.scene.set_kernel(kernel);
             let seed = mix2(seed, index as u64);
-            out += (0..chunks).into_par_iter().map(|chunk| closed.escapes(Stream::new(seed, chunk))).sum::<u64>();
-            shot += chunks * CHUNK;
+            let counts = (0..chunks).into_par_iter().map(|chunk| closed.escapes(Stream::new(seed, chunk)));
+            let [these, escaped] = counts.reduce(|| [0; 2], |one, other| [one[0] + other[0], one[1] + other[1]]);
+            (shot, out) = (shot + these, out + escaped);
         }
         text += &format!("{kernel}: {out} of {shot} rays got out\n");
         leaked += out;
@@ -68,7 +76,7 @@ pub(super) fn leaks(rays: u64, seed: u64) -> Result<Status, Error> {
 }
 
 impl Closed {
-    fn new(mut mesh: MeshData, offset: DVec3) -> Result<Self, SceneError> {
+    fn new((mut mesh, inner): (MeshData, f32), offset: DVec3) -> Result<Self, SceneError> {
         mesh.positions.iter_mut().for_each(|p| *p += offset);
         let corners = mesh.positions.iter().map(|p| p.as_vec3()).collect();
         let triangles = mesh.triangles.clone();
@@ -78,27 +86,29 @@ impl Closed {
         builder.sphere(offset * -0.5, 1e-3, grey);
         builder.mesh(mesh, grey);
         builder.camera(CameraSettings::pinhole(offset, offset + DVec3::X, 40.0, (16, 16)));
-        Ok(Closed { scene: builder.build(Skip::Unneeded)?, middle: offset.as_vec3(), corners, triangles })
+        Ok(Closed { scene: builder.build(Skip::Unneeded)?, middle: offset.as_vec3(), inner, corners, triangles })
     }
 
-    /// How many of a chunk of rays meet nothing, by either question: every second one goes on from where the one before has ended.
-    fn escapes(&self, mut stream: Stream) -> u64 {
-        let mut out = 0;
+    /// How many rays a chunk has, and how many of them meet nothing, by either question: after each another goes on from where it ends.
+    fn escapes(&self, mut stream: Stream) -> [u64; 2] {
+        let (mut shot, mut out) = (0, 0);
+        let mut shoot = |ray: &Ray| {
+            let hit = self.scene.intersect(ray);
+            shot += 1;
+            out += u64::from(hit.is_none() || !self.scene.occluded(ray));
+            hit
+        };
         for _ in 0..CHUNK / 2 {
             let ray = self.ray(&mut stream);
-            let hit = self.scene.intersect(&ray);
-            out += u64::from(hit.is_none() || !self.scene.occluded(&ray));
-            let Some(hit) = hit else { continue };
+            let Some(hit) = shoot(&ray) else { continue };
             let d = warp::uniform_sphere(vec2(stream.next_f32(), stream.next_f32()));
             let cos = hit.point.ng.dot(d);
             // What is exactly along the surface leaves to neither side.
-            if cos == 0.0 {
-                continue;
+            if cos != 0.0 {
+                shoot(&hit.point.spawn(if cos * hit.point.ng.dot(ray.d) > 0.0 { -d } else { d }));
             }
-            let ray = hit.point.spawn(if cos * hit.point.ng.dot(ray.d) > 0.0 { -d } else { d });
-            out += u64::from(self.scene.intersect(&ray).is_none() || !self.scene.occluded(&ray));
         }
-        out
+        [shot, out]
     }
 
     /// A ray from within at a vertex or a point of an edge; of some the origin is exactly above it.
@@ -108,12 +118,13 @@ impl Closed {
         let [a, b] = [triangle[0], triangle[1]].map(|v| self.corners[v as usize]);
         let share = [0.0, 0.5, next()][(next() * 3.0) as usize];
         let target = a + (b - a) * share;
-        let within = warp::uniform_sphere(vec2(next(), next())) * 0.4 * next();
-        let mut o = self.middle + within;
+        let mut corner = || self.corners[(next() * self.corners.len() as f32) as usize] - self.middle;
+        let [one, other] = [corner(), corner()];
+        let mut o = self.middle + one.lerp(other, next()) * 0.45 * next();
         let axis = (next() * 3.0) as usize;
         let mut above = o;
         above[axis] = target[axis];
-        if next() < 0.3 && (above - self.middle).length() < 0.5 {
+        if next() < 0.3 && (above - self.middle).length() < self.inner {
             o = above;
         }
         Ray::new(o, (target - o).normalize_or_zero())
@@ -126,9 +137,12 @@ mod tests {
 
     #[test]
     fn no_ray_gets_out_and_from_outside_some_do() {
-        let mut closed = Closed::new(bumpy_ball(5), DVec3::ZERO).unwrap();
-        assert_eq!(closed.escapes(Stream::new(1, 1)), 0);
-        closed.middle = Vec3::splat(3.0);
-        assert!(closed.escapes(Stream::new(1, 1)) > 0);
+        for (mesh, offset) in meshes().into_iter().zip(OFFSETS.into_iter().cycle()) {
+            let mut closed = Closed::new(mesh, offset).unwrap();
+            let [shot, out] = closed.escapes(Stream::new(1, 1));
+            assert!(shot > CHUNK * 9 / 10 && out == 0, "{out} of {shot}");
+            closed.middle += Vec3::splat(3.0);
+            assert!(closed.escapes(Stream::new(1, 1))[1] > 0);
+        }
     }
 }

@@ -26,7 +26,7 @@ pub enum BenchKind {
         #[arg(long)]
         json: bool,
     },
-    /// Rays at edges and vertices of closed meshes from within; the exit status is 1 if any gets out.
+    /// Rays at edges and vertices of closed meshes from within, and on from there; the exit status is 1 if any gets out.
     #[command(after_help = "Examples:\n  neumann bench leaks\n  neumann bench leaks --rays 1e9 --seed 2")]
     Leaks {
         /// Rays for each kernel, at the least; 1e9 is a number as well.

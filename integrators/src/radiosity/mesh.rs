@@ -216,5 +216,5 @@ fn heights(facet: &Facet, all: &[Facet]) -> (f64, f64) {
 /// A point of an element in the scene, as rays leave it.
 pub fn surface_point(facet: &Facet, element: &Element, at: DVec2) -> scenes::SurfacePoint {
     let b = element.part.point(at);
-    facet.triangle.point([b.x, b.y], facet.ng)
+    facet.triangle.point_off_edges([b.x, b.y], facet.ng)
 }

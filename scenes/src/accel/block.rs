@@ -15,7 +15,7 @@ pub(super) const LANES: usize = WIDTH;
 
 /// Triangles have numbers below two to this.
 const NUMBER_BITS: u32 = 28;
-const NUMBER: u32 = (1 << NUMBER_BITS) - 1;
+pub(super) const NUMBER: u32 = (1 << NUMBER_BITS) - 1;
 /// Above it is by how much a triangle's corners are rotated against its vertices as given, and from here on its place in [`NEAR`].
 const NEAR_SHIFT: u32 = NUMBER_BITS + 2;
 /// Points with no barycentric coordinate below one of these are off the edges, from large triangles to needles.

@@ -88,7 +88,7 @@ impl Instance {
     fn off_edges(&self, corners: [Vec3; 3], at: Meeting) -> ([f64; 2], DVec3) {
         let local = corners.map(Vec3::as_dvec3);
         let placed = local.map(|corner| self.to_world.transform_point3(corner));
-        let b = margin::off_edges(&placed, margin::off_edges(&local, at.b));
+        let b = margin::off_placed_edges(&placed, &local, at.b);
         (b, if b == at.b { self.to_world.transform_point3(at.p) } else { margin::point(&placed, b) })
     }
 

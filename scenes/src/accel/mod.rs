@@ -42,6 +42,9 @@ pub(crate) fn are_few(triangles: usize, analytic: usize) -> bool {
     triangles + 8 * analytic <= faces::MOST
 }
 
+/// No more triangles than this can be told apart.
+pub(crate) const MOST_TRIANGLES: usize = block::NUMBER as usize;
+
 /// The surfaces of a scene, arranged for rays.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Accel {

@@ -2,6 +2,7 @@
 
 use super::groups::{self, Group};
 use super::{Environment, SceneBuilder, Shape};
+use crate::accel::MOST_TRIANGLES;
 use crate::emitter::Spot;
 use crate::error::SceneError;
 use crate::material::{Material, Scattering, Varying};
@@ -198,6 +199,17 @@ pub(super) fn check_domain(value: Spectrum, domain: Domain, parameter: &str, nam
     }
     let message = format!("the {parameter} of {name} reaches {:?}", value.to_array());
     Err(SceneError::invalid(message, format!("keep it {domain}")))
+}
+
+/// Refuses more triangles than can be told apart.
+pub(super) fn check_count(triangles: usize) -> Result<(), SceneError> {
+    if triangles <= MOST_TRIANGLES {
+        return Ok(());
+    }
+    Err(SceneError::invalid(
+        format!("the scene has {triangles} triangles or more, of which there may be {MOST_TRIANGLES}"),
+        "make its meshes coarser, or place what is alike as instances of a group",
+    ))
 }
 
 /// Emitted light must be finite and not negative.

@@ -1,6 +1,6 @@
 //! The parts of a scene while it is put together.
 
-use super::check::{check_light, similarity_scale};
+use super::check::{check_count, check_light, similarity_scale};
 use super::hash::Content;
 use super::varying::{Looked, check_coordinates, look};
 use super::{MaterialName, Shape};
@@ -77,6 +77,7 @@ impl Parts {
         let grouped = shape.group.is_some();
         let attributes_before = self.attributes.len();
         let placed = self.place(shape, name, shift)?;
+        check_count(self.infos.len())?;
         let index = material.0 as usize;
         let surface = Looked::new(self, &placed, attributes_before);
         let seen = look(&self.materials[index], &surface, &self.material_names[index], name)?;

@@ -273,3 +273,10 @@ fn the_hash_does_not_depend_on_what_is_skipped() {
     let hashes = [Skip::Unneeded, Skip::Nothing].map(|skip| builder.clone().build(skip).unwrap().hash);
     assert_eq!(hashes[0], hashes[1]);
 }
+
+#[test]
+fn too_many_triangles_are_refused() {
+    assert!(super::check::check_count(1 << 27).is_ok());
+    let error = super::check::check_count(1 << 28).unwrap_err().to_string();
+    assert!(error.contains("268435456 triangles") && error.contains("instances"), "{error}");
+}

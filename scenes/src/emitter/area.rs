@@ -223,8 +223,7 @@ impl AreaEmitter {
             AreaShape::Quad(quad) => quad.sample_off_edges(b),
             AreaShape::Rectangle(rectangle) => rectangle.quad.sample_off_edges(b),
             AreaShape::Mesh { triangles, .. } => {
-                let triangle = &triangles[triangle as usize].0;
-                triangle.point(triangle.off_edges([b.x.into(), b.y.into()]), at.ng)
+                triangles[triangle as usize].0.point_off_edges([b.x.into(), b.y.into()], at.ng)
             }
             AreaShape::Sphere(_) | AreaShape::Disk(_) | AreaShape::Cylinder(_) => at,
         }

@@ -40,10 +40,10 @@ impl Triangle {
         SurfacePoint::on_surface(p.as_vec3(), ng, self.residual())
     }
 
-    /// Barycentric coordinates of a point that rays can leave, inside of what adjoins the triangle at its edges.
+    /// The same for rays that are to leave it: off the edges, so that it is not behind what adjoins the triangle there.
     #[inline]
-    pub(crate) fn off_edges(&self, b: [f64; 2]) -> [f64; 2] {
-        margin::off_edges(&self.0.map(Vec3::as_dvec3), b)
+    pub fn point_off_edges(&self, b: [f64; 2], ng: Vec3) -> SurfacePoint {
+        self.point(margin::off_edges(&self.0.map(Vec3::as_dvec3), b), ng)
     }
 
     fn double_area_vector(&self) -> DVec3 {
@@ -81,7 +81,7 @@ impl Parallelogram {
     #[inline]
     pub(crate) fn sample_off_edges(&self, u: Vec2) -> SurfacePoint {
         let (triangle, b, ng) = self.part(u);
-        triangle.point(triangle.off_edges(b), ng)
+        triangle.point_off_edges(b, ng)
     }
 
     /// The triangle that `u` is on, the place there, and its normal.
