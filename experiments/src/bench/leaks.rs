@@ -17,16 +17,16 @@ const OFFSETS: [DVec3; 3] = [DVec3::ZERO, DVec3::ONE, dvec3(100.0, 200.0, -50.0)
 const CHUNK: u64 = 1 << 16;
 
 /// Closed meshes around the origin: balls that are a list without a tree, a small tree, and a large one; a cube, a roof with an edge of 42
-/// degrees, and a beam that is a hundred times as long as it is wide, askew; and how far from there all is within \[m\].
+/// degrees, and a beam that is forty times as long as it is wide, askew; and how far from there all is within \[m\].
 fn meshes() -> [(MeshData, f32); 6] {
     let cube = [dvec2(-1.0, -1.0), dvec2(1.0, -1.0), dvec2(1.0, 1.0), dvec2(-1.0, 1.0)];
     let roof = [dvec2(-1.6, 0.0), dvec2(1.0, -1.0), dvec2(1.0, 1.0)];
-    let mut beam = prism(&cube.map(|p| p * 0.01));
+    let mut beam = prism(&cube.map(|p| p * 0.025));
     let turn = DQuat::from_axis_angle(dvec3(0.3, 0.8, 0.52).normalize(), 1.1);
     beam.positions.iter_mut().for_each(|p| *p = turn * *p);
     let others = [bumpy_ball(5), bumpy_ball(24), bumpy_ball(120), prism(&cube), prism(&roof)];
     let [one, two, three, four, five] = others.map(|mesh| (mesh, 0.5));
-    [one, two, three, four, five, (beam, 0.005)]
+    [one, two, three, four, five, (beam, 0.0125)]
 }
 
 /// A prism of height 2 over a convex outline that runs counter-clockwise.

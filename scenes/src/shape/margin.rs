@@ -12,8 +12,9 @@ use sampling::fault;
 
 /// The distance from edges, in roundings of the sum of a corner's coordinates.
 const OFF: f64 = 8.0 * UNIT_ROUNDOFF as f64;
-/// No point is moved farther than so many times that: where edges meet at a very sharp angle there is no place away from both.
-const FARTHEST: f64 = 6.0;
+/// No point is moved farther than so many times that. Only where edges meet at less than 4 degrees is there no place away from both so near;
+/// down to 1 degree there is one that is far enough from walls at right angles.
+const FARTHEST: f64 = 32.0;
 /// No barycentric coordinate need be more.
 const THIRD: f64 = 1.0 / 3.0;
 
