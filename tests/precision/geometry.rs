@@ -31,7 +31,9 @@ fn triangles_and_the_starts_of_rays() {
     let mut dice = Dice::new(5);
     let [mut place, mut bound] = ["point on a triangle", "bound of its error"].map(Worst::of);
     let mut start = Worst::of("start of a ray, of what it needs");
-    let [mut distance, mut shares] = ["distance to a triangle", "barycentric coordinates"].map(Worst::of);
+    let [mut distance, mut shares, mut at_edges] =
+        ["distance to a triangle", "barycentric coordinates", "barycentric coordinates of points at edges"]
+            .map(Worst::of);
     for _ in 0..TRIES / 100 {
         let mut builder = SceneBuilder::new("triangle");
         let grey = builder.material(lambert(0.5));
@@ -73,6 +75,11 @@ fn triangles_and_the_starts_of_rays() {
             // Coordinates are rounded in steps of `unit`, and what lies across the plane counts 1/cos times along the ray.
             let step = (unit + single(t)) / cos;
             distance.add_in(f64::from(hit.interaction.t), t, step, || format!("{cos}"));
+            // Close to an edge points are moved off it, by 8 roundings of the coordinates, and more at sharp corners.
+            let least = exact[0].min(exact[1]).min(1.0 - exact[0] - exact[1]);
+            let sums = facet.triangle.0.map(|p| f64::from(p.abs().element_sum()));
+            let off = 8.0 * single(0.5) * sums.into_iter().fold(0.0, f64::max) * longest / twice_area;
+            let shares = if least > off + step * longest / twice_area { &mut shares } else { &mut at_edges };
             for (found, exact) in hit.b.to_array().into_iter().zip(exact) {
                 let step = single(1.0) + step * longest / twice_area;
                 shares.add_in(f64::from(found), exact, step, || format!("{cos}, {exact}"));
@@ -96,6 +103,7 @@ fn triangles_and_the_starts_of_rays() {
     start.finish(2.0);
     distance.finish(1.0);
     shares.finish(0.5);
+    at_edges.finish(20.0);
 }
 
 /// Lines through a point of a sphere, from anywhere, meet it there, but for what rounds the origin, over how steeply they do.
