@@ -103,7 +103,8 @@ fn triangles_and_the_starts_of_rays() {
     start.finish(2.0);
     distance.finish(1.0);
     shares.finish(0.5);
-    at_edges.finish(20.0);
+    // Of each of three coordinates.
+    at_edges.finish(3.0 * 8.0);
 }
 
 /// Lines through a point of a sphere, from anywhere, meet it there, but for what rounds the origin, over how steeply they do.
