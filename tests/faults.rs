@@ -70,6 +70,7 @@ const FAULTS: &[(&str, &str)] = &[
     ("normals_by_the_matrix", "instances::instances_show_what_copies_show"),
     ("tree_density_of_the_sibling", "distant_emitters::a_crowd_whatever_the_choice"),
     ("points_on_edges", "stress::shapes::rays_go_on_within_from_the_edges_of_a_room"),
+    ("edges_without_their_bound", "stress::shapes::rays_go_on_within_from_edges_whose_corners_are_far_away"),
     ("faces_without_their_bound", "stress::shapes::rays_go_on_within_from_the_edges_of_a_room"),
     ("start_not_moved", "shapes::rays_that_leave_a_surface_do_not_meet_it_again"),
     ("segment_meets_its_end", "orders::furnace"),

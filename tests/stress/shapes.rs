@@ -2,7 +2,7 @@
 
 use super::{ALBEDO, EMITTED, EQUILIBRIUM, furnace, is_a_furnace, is_in_equilibrium};
 use crate::support::{ALL, Budget, Family, block, camera, lambert, measure, method, plain, scale, shining};
-use glam::{DVec3, Vec3Swizzles, dvec3};
+use glam::{DAffine3, DQuat, DVec3, Vec3Swizzles, dvec3};
 use sampling::bsdf::{Bsdf, Dielectric, Mirror};
 use sampling::math::Spectrum;
 use sampling::rng::Stream;
@@ -307,6 +307,21 @@ fn no_ray_leaves_a_closed_mesh() {
     assert_eq!(lost, 0, "of {rays} rays");
 }
 
+/// Whether a ray meets something, by either question.
+fn is_stopped(scene: &Scene, ray: &Ray) -> bool {
+    scene.intersect(ray).is_some() && scene.occluded(ray)
+}
+
+/// Whether a ray is stopped that goes on from where another one ends, to the side that this came from: in the direction `d`, or the opposite one.
+/// What is exactly along the surface leaves to neither side.
+fn is_stopped_again(scene: &Scene, ray: &Ray, d: impl FnOnce(Vec3) -> Vec3) -> bool {
+    scene.intersect(ray).is_none_or(|hit| {
+        let (d, ng) = (d(hit.point.ng), hit.point.ng);
+        let back = if d.dot(ng) * ray.d.dot(ng) > 0.0 { -d } else { d };
+        back.dot(ng) == 0.0 || is_stopped(scene, &hit.point.spawn(back))
+    })
+}
+
 /// In a room whose walls shine, a ray at a point of an edge or at a corner, on from where it ends to the side that it came from, and from the
 /// edge of a wall as light begins there: none may leave, though what is rounded may have put the point on the wall next to its own.
 #[test]
@@ -314,7 +329,6 @@ fn rays_go_on_within_from_the_edges_of_a_room() {
     let scene = furnace("room", 1).build(Skip::Unneeded).unwrap();
     let mut stream = Stream::new(crate::support::seed(), 1);
     let mut number = move || stream.next_f32();
-    let within = |ray: &Ray| scene.intersect(ray).is_some() && scene.occluded(ray);
     let mut lost = [0; 3];
     for i in 0..500_000u32 {
         let mut sign = || if number() < 0.5 { -1.0 } else { 1.0 };
@@ -324,16 +338,44 @@ fn rays_go_on_within_from_the_edges_of_a_room() {
         }
         let origin = warp::uniform_sphere(vec2(number(), number())) * 0.9 * number();
         let ray = Ray::new(origin, (target - origin).normalize());
-        lost[0] += u32::from(!within(&ray));
-        if let Some(hit) = scene.intersect(&ray) {
-            let (d, ng) = (warp::uniform_sphere(vec2(number(), number())), hit.point.ng);
-            let back = if d.dot(ng) * ray.d.dot(ng) > 0.0 { -d } else { d };
-            lost[1] += u32::from(!within(&hit.point.spawn(back)));
-        }
+        lost[0] += u32::from(!is_stopped(&scene, &ray));
+        lost[1] += u32::from(!is_stopped_again(&scene, &ray, |_| warp::uniform_sphere(vec2(number(), number()))));
         let end = [0.0, 1.0f32.next_down()][(i % 2) as usize];
         let u_p = if i % 3 == 0 { vec2(end, number()) } else { vec2(number(), end) };
         let light = scene.sample_le(EmitterId(i % 6), u_p, vec2(number(), number()));
-        lost[2] += u32::from(light.is_some_and(|light| !within(&light.ray)));
+        lost[2] += u32::from(light.is_some_and(|light| !is_stopped(&scene, &light.ray)));
     }
     assert_eq!(lost, [0; 3], "rays at edges, on from there, and from where light begins there");
+}
+
+/// In a long thin beam around the origin, askew, rays at its edges and on from there, nearly along its sides. A point near the origin is rounded
+/// by little, so that rays leave it next to the edge; the corners, a metre away as seen from there, are rounded by more than it is off
+/// the edge's other side.
+#[test]
+fn rays_go_on_within_from_edges_whose_corners_are_far_away() {
+    let turn = DQuat::from_axis_angle(dvec3(0.3, 0.8, 0.52).normalize(), 1.1);
+    let mut stream = Stream::new(crate::support::seed(), 2);
+    let mut number = move || stream.next_f32();
+    for skip in [Skip::Unneeded, Skip::Nothing] {
+        let mut builder = SceneBuilder::new("beam");
+        let grey = builder.material(lambert(ALBEDO));
+        let beam = block(&mut builder, dvec3(-0.025, -0.025, -1.0), dvec3(0.025, 0.025, 1.0), grey);
+        builder.transform(beam, DAffine3::from_quat(turn));
+        builder.camera(camera(DVec3::ZERO, DVec3::Z, 70.0, 1));
+        let scene = builder.build(skip).unwrap();
+        let mut lost = [0; 2];
+        for i in 0..400_000 {
+            let side = |bit: usize| if i >> bit & 1 == 0 { 0.025 } else { -0.025 };
+            let mut share = |length: f64| length * (f64::from(number()) - 0.5);
+            let target = (turn * dvec3(side(0), side(1), share(0.2))).as_vec3();
+            let origin = (turn * dvec3(share(0.02), share(0.02), share(0.1))).as_vec3();
+            let ray = Ray::new(origin, (target - origin).normalize());
+            lost[0] += u32::from(!is_stopped(&scene, &ray));
+            let along = warp::uniform_sphere(vec2(number(), number()));
+            let rise = 10f32.powf(-7.0 * number());
+            let d = |ng: Vec3| (along.reject_from_normalized(ng) + ng * rise).normalize_or(ng);
+            lost[1] += u32::from(!is_stopped_again(&scene, &ray, d));
+        }
+        assert_eq!(lost, [0; 2], "{skip:?}: rays at edges, and on from there");
+    }
 }

@@ -4,7 +4,7 @@ use super::{camera, lambert, shining};
 use glam::{DVec3, dvec3};
 use sampling::bsdf::{Bsdf, Dielectric, Mirror, Plastic, RoughConductor, RoughPlastic};
 use sampling::math::Spectrum;
-use scenes::{MaterialId, MeshData, Scene, SceneBuilder, Skip};
+use scenes::{MaterialId, MeshData, Scene, SceneBuilder, ShapeId, Skip};
 
 /// A white room of ±1, open in front, as its camera sees it: 16 × 16 pixels.
 pub fn room(name: &str) -> SceneBuilder {
@@ -22,7 +22,7 @@ pub fn room(name: &str) -> SceneBuilder {
 }
 
 /// A closed block, its front outside.
-pub fn block(builder: &mut SceneBuilder, low: DVec3, high: DVec3, material: MaterialId) {
+pub fn block(builder: &mut SceneBuilder, low: DVec3, high: DVec3, material: MaterialId) -> ShapeId {
     let corner = |i: usize| {
         let pick = |bit: usize, low: f64, high: f64| if i & bit == 0 { low } else { high };
         dvec3(pick(1, low.x, high.x), pick(2, low.y, high.y), pick(4, low.z, high.z))
@@ -30,7 +30,7 @@ pub fn block(builder: &mut SceneBuilder, low: DVec3, high: DVec3, material: Mate
     let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let triangles = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
     let positions = (0..8).map(corner).collect();
-    builder.mesh(MeshData { positions, triangles, ..MeshData::default() }, material);
+    builder.mesh(MeshData { positions, triangles, ..MeshData::default() }, material)
 }
 
 /// A room with every kind of lobe, and two lamps that have labels.

@@ -11,22 +11,27 @@ use sampling::rng::{Stream, mix2};
 use sampling::{Vec3, vec2, warp};
 use scenes::{CameraSettings, Kernel, MeshData, Ray, Scene, SceneBuilder, SceneError, Skip};
 
-/// Where the meshes are: around the origin; with the cube's corner there, where coordinates are rounded least; and far from it.
+/// Where the meshes are: around the origin, which the beam's edges pass and the cube's corner is at when it is moved there, so that
+/// coordinates are rounded least where those of other corners are rounded as ever; and far from it.
 const OFFSETS: [DVec3; 3] = [DVec3::ZERO, DVec3::ONE, dvec3(100.0, 200.0, -50.0)];
 /// Rays with random numbers of their own.
 const CHUNK: u64 = 1 << 16;
 
-/// Closed meshes around the origin: balls that are a list without a tree, a small tree, and a large one; a cube, a roof with an edge of 42
-/// degrees, and a beam that is forty times as long as it is wide, askew; and how far from there all is within \[m\].
-fn meshes() -> [(MeshData, f32); 6] {
+/// A closed mesh, how far from the origin all is within it \[m\], and what is left out where it is searched.
+type Case = (MeshData, f32, Skip);
+
+/// Closed meshes around the origin: balls of 40, 1104 and 28 560 triangles; and, each as a list and in a tree, a cube, a roof with an edge
+/// of 42 degrees, and a beam that is forty times as long as it is wide, askew.
+fn cases() -> Vec<Case> {
     let cube = [dvec2(-1.0, -1.0), dvec2(1.0, -1.0), dvec2(1.0, 1.0), dvec2(-1.0, 1.0)];
     let roof = [dvec2(-1.6, 0.0), dvec2(1.0, -1.0), dvec2(1.0, 1.0)];
     let mut beam = prism(&cube.map(|p| p * 0.025));
     let turn = DQuat::from_axis_angle(dvec3(0.3, 0.8, 0.52).normalize(), 1.1);
     beam.positions.iter_mut().for_each(|p| *p = turn * *p);
-    let others = [bumpy_ball(5), bumpy_ball(24), bumpy_ball(120), prism(&cube), prism(&roof)];
-    let [one, two, three, four, five] = others.map(|mesh| (mesh, 0.5));
-    [one, two, three, four, five, (beam, 0.0125)]
+    let balls = [5, 24, 120].map(|n| (bumpy_ball(n), 0.5, Skip::Unneeded));
+    let prisms = [(prism(&cube), 0.5), (prism(&roof), 0.5), (beam, 0.0125)].into_iter();
+    let both = prisms.flat_map(|(mesh, inner)| [Skip::Unneeded, Skip::Nothing].map(|skip| (mesh.clone(), inner, skip)));
+    balls.into_iter().chain(both).collect()
 }
 
 /// A prism of height 2 over a convex outline that runs counter-clockwise.
@@ -54,14 +59,14 @@ struct Closed {
 
 /// Shoots at least so many rays with every kernel, and says how many got out.
 pub(super) fn leaks(rays: u64, seed: u64) -> Result<Status, Error> {
-    let meshes = meshes();
-    let chunks = rays.div_ceil(CHUNK * (meshes.len() * OFFSETS.len()) as u64).max(1);
+    let cases = cases();
+    let chunks = rays.div_ceil(CHUNK * (cases.len() * OFFSETS.len()) as u64).max(1);
     let mut text = String::new();
     let mut leaked = 0;
     for kernel in Kernel::available() {
         let (mut shot, mut out) = (0, 0);
-        for (index, (mesh, offset)) in meshes.iter().flat_map(|m| OFFSETS.map(|offset| (m, offset))).enumerate() {
-            let mut closed = Closed::new(mesh.clone(), offset)?;
+        for (index, (case, offset)) in cases.iter().flat_map(|case| OFFSETS.map(|offset| (case, offset))).enumerate() {
+            let mut closed = Closed::new(case.clone(), offset)?;
             closed.scene.set_kernel(kernel);
             let seed = mix2(seed, index as u64);
             let counts = (0..chunks).into_par_iter().map(|chunk| closed.escapes(Stream::new(seed, chunk)));
@@ -76,7 +81,7 @@ pub(super) fn leaks(rays: u64, seed: u64) -> Result<Status, Error> {
 }
 
 impl Closed {
-    fn new((mut mesh, inner): (MeshData, f32), offset: DVec3) -> Result<Self, SceneError> {
+    fn new((mut mesh, inner, skip): Case, offset: DVec3) -> Result<Self, SceneError> {
         mesh.positions.iter_mut().for_each(|p| *p += offset);
         let corners = mesh.positions.iter().map(|p| p.as_vec3()).collect();
         let triangles = mesh.triangles.clone();
@@ -86,7 +91,7 @@ impl Closed {
         builder.sphere(offset * -0.5, 1e-3, grey);
         builder.mesh(mesh, grey);
         builder.camera(CameraSettings::pinhole(offset, offset + DVec3::X, 40.0, (16, 16)));
-        Ok(Closed { scene: builder.build(Skip::Unneeded)?, middle: offset.as_vec3(), inner, corners, triangles })
+        Ok(Closed { scene: builder.build(skip)?, middle: offset.as_vec3(), inner, corners, triangles })
     }
 
     /// How many rays a chunk has, and how many of them meet nothing, by either question: after each another goes on from where it ends.
@@ -115,7 +120,8 @@ impl Closed {
     fn ray(&self, stream: &mut Stream) -> Ray {
         let mut next = || stream.next_f32();
         let triangle = self.triangles[(next() * self.triangles.len() as f32) as usize];
-        let [a, b] = [triangle[0], triangle[1]].map(|v| self.corners[v as usize]);
+        let side = (next() * 3.0) as usize;
+        let [a, b] = [triangle[side], triangle[(side + 1) % 3]].map(|v| self.corners[v as usize]);
         let share = [0.0, 0.5, next()][(next() * 3.0) as usize];
         let target = a + (b - a) * share;
         let mut corner = || self.corners[(next() * self.corners.len() as f32) as usize] - self.middle;
@@ -137,8 +143,8 @@ mod tests {
 
     #[test]
     fn no_ray_gets_out_and_from_outside_some_do() {
-        for (mesh, offset) in meshes().into_iter().zip(OFFSETS.into_iter().cycle()) {
-            let mut closed = Closed::new(mesh, offset).unwrap();
+        for (case, offset) in cases().into_iter().zip(OFFSETS.into_iter().cycle()) {
+            let mut closed = Closed::new(case, offset).unwrap();
             let [shot, out] = closed.escapes(Stream::new(1, 1));
             assert!(shot > CHUNK * 9 / 10 && out == 0, "{out} of {shot}");
             closed.middle += Vec3::splat(3.0);

@@ -267,12 +267,6 @@ pub(super) mod eight {
         }
 
         #[inline(always)]
-        fn equal_to(self, other: Self) -> u32 {
-            // SAFETY: where there are numbers, there is AVX2.
-            unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_EQ_OQ>(self.0, other.0)) as u32 }
-        }
-
-        #[inline(always)]
         fn differs_in_sign(self, other: Self) -> u32 {
             // SAFETY: where there are numbers, there is AVX2.
             unsafe { _mm256_movemask_ps(_mm256_xor_ps(self.0, other.0)) as u32 }

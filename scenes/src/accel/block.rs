@@ -6,7 +6,8 @@ use super::query::{Line, Query};
 use crate::ray::UNIT_ROUNDOFF;
 use crate::shape::{Triangle, margin};
 use glam::DVec3;
-use sampling::{Vec2, Vec3, vec2};
+use sampling::{Vec2, Vec3, fault, vec2};
+use std::hint;
 
 /// Number of pairs in a block.
 pub(super) const PAIRS: usize = WIDTH / 2;
@@ -24,6 +25,9 @@ static NEAR: [f64; 4] = [1.0 / (1 << 17) as f64, 1.0 / (1 << 11) as f64, 1.0 / (
 static FIRST_WEIGHT: [usize; 4] = [0, 2, 1, 0];
 /// A triangle's plane is seen at a grazing angle where the square of its sine is below this.
 pub(super) const GRAZING: f64 = 1e-8;
+/// How far an edge function may be off, see [`Block::candidates`], and a number below which something may have underflowed.
+const EDGE_OFF: f32 = 16.0 * UNIT_ROUNDOFF;
+const LEAST_OFF: f32 = 1e-36;
 /// How far the direction's part along a unit normal may be off, relative to its largest coordinate.
 const SLOPE_OFF: f32 = 24.0 * UNIT_ROUNDOFF;
 
@@ -31,10 +35,11 @@ const SLOPE_OFF: f32 = 24.0 * UNIT_ROUNDOFF;
 /// coordinate, so that eight in a row are the second corners of the eight triangles, or the third.
 ///
 /// The test is that of \[Woop13\]: corners are translated to the ray's origin and sheared so that the ray runs along its
-/// dominant axis, and the signs of three edge functions decide. Neighbours compute the same bits for a shared edge, with
-/// opposite sign, because their vertices have the same bits and the edge functions are plain products and a difference
-/// (fused ones would differ); so a ray at an edge meets at least one of the two.
-/// Rounding is monotone, so the sign of an edge function is never wrong, it can only vanish; then it is decided in `f64`.
+/// dominant axis, and the signs of three edge functions decide. In `f32` they come with a bound on their rounding; a sign that this
+/// leaves open is decided in `f64`. There neighbours compute the same bits for a shared edge, with opposite sign, because their vertices
+/// have the same bits and the edge functions are plain products and a difference (fused ones would differ); so a ray at an edge meets at
+/// least one of the two. That alone would hold in `f32` as well, but the rounding of a corner that is far away, 10⁻⁷ of the distance, is
+/// more than points keep off the edges that they are next to, and a ray may then pass behind both.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(super) struct Block {
@@ -48,14 +53,14 @@ pub(super) struct Block {
 /// The lanes of a block whose triangle a query's line meets, but for those that it meets outside the interval for certain.
 #[derive(Clone, Copy)]
 pub(super) struct Candidates {
-    /// Lanes whose edge functions are of one sign or zero.
+    /// Lanes whose edge functions may be of one sign.
     inside: u32,
-    /// Lanes with an edge function that is zero.
-    on_edge: u32,
+    /// Lanes with an edge function whose sign is not certain.
+    open: u32,
 }
 
 impl Candidates {
-    /// Takes one of them out: the lane, and whether an edge function of it is zero.
+    /// Takes one of them out: the lane, and whether it is open if the line is inside.
     #[inline(always)]
     pub fn take(&mut self) -> Option<(usize, bool)> {
         if self.inside == 0 {
@@ -63,7 +68,7 @@ impl Candidates {
         }
         let lane = self.inside.trailing_zeros();
         self.inside &= self.inside.wrapping_sub(1);
-        Some((lane as usize % LANES, self.on_edge >> lane & 1 != 0))
+        Some((lane as usize % LANES, self.open >> lane & 1 != 0))
     }
 }
 
@@ -134,6 +139,13 @@ impl Block {
         block
     }
 
+    /// The longest edge of its triangles \[m\].
+    pub fn size(&self) -> f32 {
+        let edges = |[a, b, c]: [Vec3; 3]| [a - b, b - c, c - a].map(Vec3::length);
+        let lanes = (0..LANES).filter(|&lane| self.is_occupied(lane));
+        lanes.flat_map(|lane| edges(self.corners(lane))).fold(0.0, f32::max) * 1.001
+    }
+
     /// Whether a lane has a triangle.
     pub fn is_occupied(&self, lane: usize) -> bool {
         self.ids[lane] != u32::MAX
@@ -195,27 +207,38 @@ impl Block {
         vec2(weights[first], weights[first + 1])
     }
 
-    /// The lanes whose triangle the query's line meets, unless it lies behind the origin or beyond the limit for certain.
+    /// The lanes whose triangle the query's line may meet, unless it lies behind the origin or beyond the limit for certain.
+    ///
+    /// `size` is that of the block. Let L be that, and z the distance of a triangle's first corner along the line. Where a line is inside, or
+    /// within rounding of it, the corners are within L across it, and along it within z + L. Rounding of the translation, of the shear,
+    /// of their product and difference moves a corner across the line by at most twice its coordinate there and 5.5 (z + L) roundings,
+    /// and so an edge function by 4L² + 15.6 L (z + L), and by 2L² because of its own products and difference: in all less than
+    /// 16 L (z + 2L). Far from a triangle that is no bound; but there the signs are those of the moved corners, since rounding is monotone
+    /// and products are not fused, and cannot agree.
     #[inline(always)]
-    pub fn candidates<L: Lanes>(&self, proof: L::Proof, query: &Query, limit: f32) -> Candidates {
+    pub fn candidates<L: Lanes>(&self, proof: L::Proof, query: &Query, size: f32, limit: f32) -> Candidates {
         let [x, y, z] = query.axes;
         let [a_z, b_z, c_z] = self.translated::<L>(proof, z, query.o[2]);
         let [x_a, x_b, x_c] = self.translated::<L>(proof, x, query.o[0]);
         let [y_a, y_b, y_c] = self.translated::<L>(proof, y, query.o[1]);
         let (s_x, s_y) = (L::splat(proof, query.shear[0]), L::splat(proof, query.shear[1]));
-        let (a_x, b_x, c_x) = (x_a - s_x * a_z, x_b - s_x * b_z, x_c - s_x * c_z);
-        let (a_y, b_y, c_y) = (y_a - s_y * a_z, y_b - s_y * b_z, y_c - s_y * c_z);
+        let (a_x, b_x, c_x) = (x_a.minus(s_x, a_z), x_b.minus(s_x, b_z), x_c.minus(s_x, c_z));
+        let (a_y, b_y, c_y) = (y_a.minus(s_y, a_z), y_b.minus(s_y, b_z), y_c.minus(s_y, c_z));
         let ab = a_x * b_y - a_y * b_x;
         let bc = b_x * c_y - b_y * c_x;
         let ca = c_x * a_y - c_y * a_x;
         let (least, most) = (ab.min(bc).min(ca), ab.max(bc).max(ca));
-        let zero = L::splat(proof, 0.0);
-        let inside = zero.at_most(least) | most.at_most(zero);
-        if inside == 0 {
-            return Candidates { inside, on_edge: 0 };
+        // By how much all signs are the same; none is where products overflow.
+        let agreed = (L::splat(proof, 0.0) - most).max(least).max(L::splat(proof, f32::MIN));
+        let grain = fault!("edges_without_their_bound", size * EDGE_OFF, 0.0);
+        let off = L::splat(proof, 2.0 * size * grain + LEAST_OFF).plus(a_z.abs(), L::splat(proof, grain));
+        let (inside, open) = (L::splat(proof, 0.0).at_most(agreed), agreed.abs().at_most(off));
+        if open != 0 {
+            hint::cold_path();
+            return Candidates { inside: inside | open, open };
         }
-        let on_edge = least.equal_to(zero) | most.equal_to(zero);
-        Candidates { inside: inside & !self.outside(proof, query, [x_a, y_a, a_z], limit), on_edge }
+        // Most blocks whose box a ray meets have a candidate, so that it does not pay to ask whether there is one.
+        Candidates { inside: inside & !self.outside(proof, query, [x_a, y_a, a_z], limit), open }
     }
 
     /// The lanes whose plane the query's line meets behind the origin or beyond the limit for certain; `a` are their first corners,
@@ -230,8 +253,8 @@ impl Block {
         let (n_x, n_y, n_z) = (self.normal::<L>(proof, x), self.normal::<L>(proof, y), self.normal::<L>(proof, z));
         let [a_x, a_y, a_z] = a;
         let (s_x, s_y) = (L::splat(proof, query.shear[0]), L::splat(proof, query.shear[1]));
-        let height = (a_x * n_x + a_y * n_y + a_z * n_z) * L::splat(proof, query.inverse);
-        let slope = s_x * n_x + s_y * n_y + n_z;
+        let height = (a_x * n_x).plus(a_y, n_y).plus(a_z, n_z) * L::splat(proof, query.inverse);
+        let slope = n_z.plus(s_x, n_x).plus(s_y, n_y);
         let height_off = (a_x.abs() + a_y.abs() + a_z.abs()) * L::splat(proof, query.height_off);
         let slope_off = L::splat(proof, SLOPE_OFF);
         let (high, steep) = (height.abs(), slope.abs());
@@ -261,13 +284,13 @@ impl Block {
 
     /// Where a line meets the plane of a candidate's triangle, in `f64`, so that the sign is right however close the origin is to it.
     #[inline(always)]
-    pub fn crossing(&self, (lane, on_edge): (usize, bool), query: &Query) -> Crossing {
+    pub fn crossing(&self, (lane, open): (usize, bool), query: &Query) -> Crossing {
         let (mut crossing, normal) = self.plain_crossing(lane, query.exact);
         let slope = query.exact[1].dot(normal);
         // NaN, of a triangle without area, is grazing.
         let seen = slope * slope > GRAZING * normal.length_squared() * query.length_squared;
-        if on_edge || !seen {
-            crossing.t = self.doubtful_parameter((lane, on_edge, !seen), query.line, crossing.t);
+        if open || !seen {
+            crossing.t = self.doubtful_parameter((lane, open, !seen), query.line, crossing.t);
         }
         crossing
     }
@@ -291,9 +314,9 @@ impl Block {
     /// The parameter where it is in doubt whether the line meets the triangle at all, or where.
     #[cold]
     #[inline(never)]
-    fn doubtful_parameter(&self, (lane, on_edge, grazing): (usize, bool, bool), line: Line, t: f64) -> f64 {
+    fn doubtful_parameter(&self, (lane, open, grazing): (usize, bool, bool), line: Line, t: f64) -> f64 {
         let query = Query::of(line);
-        if on_edge && !self.is_inside_exactly(lane, &query) {
+        if open && !self.is_inside_exactly(lane, &query) {
             f64::NAN
         } else if grazing {
             self.grazing_parameter(lane, &query, t)
@@ -302,13 +325,15 @@ impl Block {
         }
     }
 
-    /// Decides a lane with an edge function that vanished in `f32`: the same sheared corners, products exact in `f64`.
-    /// What is zero even so counts as inside, for both neighbours; a triangle seen edge-on is not met.
+    /// Decides a lane with an edge function whose sign is open. What is zero even so counts as inside, for both neighbours; a triangle
+    /// seen edge-on is not met.
     fn is_inside_exactly(&self, lane: usize, query: &Query) -> bool {
-        let ([x, y, z], [o_x, o_y, o_z], [s_x, s_y]) = (query.axes, query.o, query.shear);
+        let [x, y, z] = query.axes;
+        let (o, d) = (query.line.ray.o.as_dvec3(), query.line.ray.d.as_dvec3());
+        let (s_x, s_y) = (d[x] / d[z], d[y] / d[z]);
         let sheared = self.corners(lane).map(|p| {
-            let depth = p[z] - o_z;
-            [f64::from((p[x] - o_x) - s_x * depth), f64::from((p[y] - o_y) - s_y * depth)]
+            let p = p.as_dvec3() - o;
+            [p[x] - s_x * p[z], p[y] - s_y * p[z]]
         });
         let edge = |a: usize, b: usize| sheared[a][0] * sheared[b][1] - sheared[a][1] * sheared[b][0];
         let (u, v, w) = (edge(0, 1), edge(1, 2), edge(2, 0));

@@ -61,7 +61,7 @@ impl Accel {
 
     fn all_of_block(&self, index: u32, query: &Query, t_max: f64, visit: &mut impl FnMut(Best)) {
         let block = &self.blocks[index as usize];
-        let mut candidates = block.candidates::<Portable>((), query, t_max as f32 * FAR);
+        let mut candidates = block.candidates::<Portable>((), query, self.sizes[index as usize], t_max as f32 * FAR);
         while let Some(candidate) = candidates.take() {
             let (crossing, lane) = (block.crossing(candidate, query), candidate.0);
             let (t, slot) = (crossing.t, index * LANES as u32 + lane as u32);
@@ -87,7 +87,6 @@ mod tests {
     use crate::needs::Skip;
     use crate::shape::{Analytic, Sphere};
     use crate::test_support::Random;
-    use sampling::Vec3;
 
     /// Parameter and number of each meeting, in order.
     fn all(accel: &Accel, ray: &Ray, wanted: impl Fn(Primitive) -> bool) -> Vec<(f32, u32)> {
@@ -111,10 +110,9 @@ mod tests {
             .map(|_| Sphere { center: random.direction(), radius: 0.1 + 0.3 * random.next_1d(), flipped: false })
             .collect();
         let analytic = spheres.iter().copied().map(Analytic::Sphere).collect();
-        let tree = Accel::build(&triangles, analytic, Vec3::ZERO, Skip::Nothing);
+        let tree = Accel::build(&triangles, analytic, Skip::Nothing);
         let list = Accel { nodes: Vec::new(), ..tree.clone() };
-        let alone: Vec<Accel> =
-            triangles.iter().map(|t| Accel::build(&[*t], Vec::new(), Vec3::ZERO, Skip::Unneeded)).collect();
+        let alone: Vec<Accel> = triangles.iter().map(|t| Accel::build(&[*t], Vec::new(), Skip::Unneeded)).collect();
         let mut met = 0;
         for _ in 0..5000 {
             let (o, target) = (random.direction() * 2.0, random.direction() * random.next_1d());

@@ -132,7 +132,7 @@ impl Instance {
     /// 2. The point in the group's coordinates is within `residual` of the surface: |Mᵀm| times that.
     /// 3. The ray is taken back in `f64`. Products with M⁻¹ are off by a few 2⁻⁵³ |M⁻¹| |p|, and along the normal by |Mᵀm| times that,
     ///    at most the condition number of M times a few 2⁻⁵³ |p|.
-    /// 4. In which triangle a ray's line lies is decided in `f32`, with the origin rounded: by 2⁻²⁴ of each coordinate, which
+    /// 4. In which triangle a ray's line lies is decided for the line rounded to `f32`, the origin by 2⁻²⁴ of each coordinate, which
     ///    changes the distance to the plane of n by at most Σ|nᵢ| 2⁻²⁴ |oᵢ|, or `rounding` of the place in the group. The side of
     ///    the plane itself does not depend on this; but at an edge the ray may be tested against the neighbour instead, and the
     ///    point is then as far above that one's plane as from where it would have been tested.
@@ -154,10 +154,8 @@ impl Prototype {
             points().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
         let middle = (low.as_dvec3() + high.as_dvec3()) * 0.5;
         let reach = (high.as_dvec3() - low.as_dvec3()).length() * 0.5 * (1.0 + 1e-6);
-        // Rays are moved forward to the ball, so that none that meets anything starts farther out.
-        let eye = Vec3::splat((middle.abs().max_element() + 2.0 * reach) as f32);
         let count = triangles.len() as u64;
-        let accel = Accel::build(triangles, analytic, eye, skip);
+        let accel = Accel::build(triangles, analytic, skip);
         Prototype { accel, first, triangles: count, low, high, middle, reach }
     }
 

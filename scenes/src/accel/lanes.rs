@@ -7,7 +7,7 @@ use std::ops::{Add, Div, Mul, Sub};
 pub(super) const WIDTH: usize = 8;
 
 /// Eight numbers, and what is done to all of them at once. Every operation but two is rounded by itself, so that all kinds give the
-/// same bits.
+/// same bits; of those two no more is asked than what bounds cover.
 pub(super) trait Lanes:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
@@ -43,9 +43,6 @@ pub(super) trait Lanes:
 
     /// The lanes that are at most those of another, as bits.
     fn at_most(self, other: Self) -> u32;
-
-    /// The lanes that are equal to those of another, as bits.
-    fn equal_to(self, other: Self) -> u32;
 
     /// The lanes whose sign is not that of another's, as bits.
     fn differs_in_sign(self, other: Self) -> u32;
@@ -145,11 +142,6 @@ impl Lanes for Portable {
     #[inline(always)]
     fn at_most(self, other: Self) -> u32 {
         self.0.cmple(other.0).bitmask() | self.1.cmple(other.1).bitmask() << 4
-    }
-
-    #[inline(always)]
-    fn equal_to(self, other: Self) -> u32 {
-        self.0.cmpeq(other.0).bitmask() | self.1.cmpeq(other.1).bitmask() << 4
     }
 
     #[inline(always)]

@@ -50,6 +50,8 @@ pub(crate) const MOST_TRIANGLES: usize = block::NUMBER as usize;
 pub(crate) struct Accel {
     kernel: Kernel,
     blocks: Vec<Block>,
+    /// The longest edge in each of them \[m\].
+    sizes: Vec<f32>,
     /// The faces of the blocks' triangles, if they are searched as a list.
     faces: Faces,
     analytic: Vec<Analytic>,
@@ -177,19 +179,24 @@ impl Best {
 }
 
 impl Accel {
-    /// Arranges triangles and analytic surfaces. `eye` is as far out as rays may start outside them.
-    pub fn build(triangles: &[Triangle], analytic: Vec<Analytic>, eye: Vec3, skip: Skip) -> Self {
+    /// Arranges triangles and analytic surfaces.
+    pub fn build(triangles: &[Triangle], analytic: Vec<Analytic>, skip: Skip) -> Self {
         let list = skip.leaves_out(Work::Bvh) && are_few(triangles.len(), analytic.len());
         let nothing = triangles.is_empty() && analytic.is_empty();
         let accel = Accel { analytic, ..Accel::default() };
         if !list && !nothing {
-            return tree::build(triangles, accel, eye);
+            return tree::build(triangles, accel);
         }
         let list: Vec<u32> = (0..triangles.len() as u32).collect();
         let couples = pairing::pair_up(triangles, &list).into_iter();
         let pairs: Vec<Pair> = couples.map(|couple| Pair::of(couple, triangles)).collect();
         let blocks: Vec<Block> = pairs.chunks(PAIRS).map(Block::new).collect();
-        Accel { faces: Faces::of(&blocks), blocks, ..accel }
+        Accel { faces: Faces::of(&blocks), blocks, ..accel }.measured()
+    }
+
+    /// The same with the sizes of its blocks.
+    fn measured(self) -> Self {
+        Accel { sizes: self.blocks.iter().map(Block::size).collect(), ..self }
     }
 
     /// The same with instances, of which there is at least one: always with a tree.
@@ -197,9 +204,8 @@ impl Accel {
         triangles: &[Triangle],
         analytic: Vec<Analytic>,
         (instances, prototypes): (Vec<Instance>, Vec<Prototype>),
-        eye: Vec3,
     ) -> Self {
-        tree::build(triangles, Accel { analytic, instances, prototypes, ..Accel::default() }, eye)
+        tree::build(triangles, Accel { analytic, instances, prototypes, ..Accel::default() })
     }
 
     /// How many instances there are.

@@ -21,11 +21,6 @@ impl Items<'_> {
         self.triangles.len() + self.singles.len()
     }
 
-    /// The box of all in a list.
-    pub fn bounds(&self, list: &[u32]) -> Aabb {
-        list.par_iter().map(|&item| self.aabb(item)).reduce(|| Aabb::INVALID, |a, b| a.union(&b))
-    }
-
     fn aabb(&self, item: u32) -> Aabb {
         let Some(Triangle(corners)) = self.triangles.get(item as usize) else {
             return self.singles[item as usize - self.triangles.len()];

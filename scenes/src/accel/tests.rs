@@ -53,8 +53,8 @@ fn a_list_and_a_tree_find_the_same_hits() {
     for (count, balls) in [(0, 3), (0, 12), (1, 0), (5, 0), (4, 4), (8, 0), (32, 0), (16, 2), (40, 20)] {
         let triangles = random_triangles(&mut random, count, 0.4);
         let analytic: Vec<Analytic> = (0..balls).map(|i| random_analytic(&mut random, i)).collect();
-        let list = Accel::build(&triangles, analytic.clone(), Vec3::ZERO, Skip::Unneeded);
-        let tree = Accel::build(&triangles, analytic, Vec3::ZERO, Skip::Nothing);
+        let list = Accel::build(&triangles, analytic.clone(), Skip::Unneeded);
+        let tree = Accel::build(&triangles, analytic, Skip::Nothing);
         assert!(list.nodes.is_empty() == are_few(count, balls) && !tree.nodes.is_empty());
         for _ in 0..20_000 {
             let o = random.direction() * 2.0 * random.next_1d();
@@ -110,7 +110,7 @@ fn all_kernels_find_the_same_hits() {
         );
         let analytic: Vec<Analytic> = (0..balls).map(|i| random_analytic(&mut random, i)).collect();
         for skip in [Skip::Unneeded, Skip::Nothing] {
-            let mut portable = Accel::build(&triangles, analytic.clone(), Vec3::splat(2.0), skip);
+            let mut portable = Accel::build(&triangles, analytic.clone(), skip);
             portable.set_kernel(Kernel::PORTABLE);
             for kernel in Kernel::available() {
                 let mut other = portable.clone();
@@ -146,7 +146,7 @@ fn all_kernels_find_the_same_hits_in_extreme_numbers() {
     for scale in [1e-38f32, 1e-30, 1e-19, 1e-9, 1.0, 1e9, 1e18, 1e30] {
         let mut triangles = random_triangles(&mut random, 60, 0.4);
         triangles.iter_mut().for_each(|triangle| triangle.0.iter_mut().for_each(|p| *p *= scale));
-        let mut portable = Accel::build(&triangles, Vec::new(), Vec3::splat(2.0 * scale), Skip::Nothing);
+        let mut portable = Accel::build(&triangles, Vec::new(), Skip::Nothing);
         portable.set_kernel(Kernel::PORTABLE);
         for kernel in Kernel::available() {
             let mut other = portable.clone();
@@ -185,8 +185,8 @@ fn a_tree_built_in_parts_finds_the_same_hits() {
     let coincident = vec![scattered[0]; 500];
     for triangles in [scattered, crowded, coincident] {
         let analytic: Vec<Analytic> = (0..40).map(|i| random_analytic(&mut random, i)).collect();
-        let whole = Accel::build(&triangles, analytic.clone(), Vec3::ONE, Skip::Unneeded);
-        let parted = tree::build_in_parts(&triangles, Accel { analytic, ..Accel::default() }, Vec3::ONE, 50);
+        let whole = Accel::build(&triangles, analytic.clone(), Skip::Unneeded);
+        let parted = tree::build_in_parts(&triangles, Accel { analytic, ..Accel::default() }, 50);
         let mut met = 0;
         for _ in 0..20_000 {
             let mut ray = Ray::new(random.direction() * 2.0 * random.next_1d(), random.direction());
@@ -224,7 +224,7 @@ fn oracle(triangles: &[Triangle], ray: &Ray) -> (f64, f64) {
 fn hits_are_those_of_a_slow_oracle() {
     let mut random = Random::new(2);
     let triangles = random_triangles(&mut random, 200, 0.3);
-    let accel = Accel::build(&triangles, Vec::new(), Vec3::ZERO, Skip::Unneeded);
+    let accel = Accel::build(&triangles, Vec::new(), Skip::Unneeded);
     let mut compared = 0;
     for _ in 0..50_000 {
         let ray = Ray::new(random.direction() * 1.5, random.direction());
@@ -311,15 +311,15 @@ fn a_deep_tree_is_still_searched() {
             Triangle([vec3(size, 0.0, 0.0), vec3(0.0, size, 0.0), vec3(0.0, 0.0, size)])
         })
         .collect();
-    let accel = Accel::build(&triangles, Vec::new(), Vec3::ZERO, Skip::Unneeded);
+    let accel = Accel::build(&triangles, Vec::new(), Skip::Unneeded);
     let ray = Ray::new(vec3(2.0, 2.0, 2.0), vec3(-1.0, -1.0, -1.0).normalize());
     assert!(matches!(accel.closest(&ray), Some(Hit::Triangle { id: 0, .. })));
     let coincident = vec![triangles[0]; 5000];
-    let accel = Accel::build(&coincident, Vec::new(), Vec3::ZERO, Skip::Unneeded);
+    let accel = Accel::build(&coincident, Vec::new(), Skip::Unneeded);
     assert!(matches!(accel.closest(&ray), Some(Hit::Triangle { id: 0, .. })) && accel.any(&ray));
     assert!(accel.depth <= tree::DEEPEST);
     let balls = vec![Analytic::Sphere(Sphere { center: Vec3::ZERO, radius: 1.0, flipped: false }); 3000];
-    let accel = Accel::build(&coincident, balls, Vec3::ZERO, Skip::Unneeded);
+    let accel = Accel::build(&coincident, balls, Skip::Unneeded);
     assert!(matches!(accel.closest(&ray), Some(Hit::Analytic { id: 0, .. })) && accel.any(&ray));
     assert!(accel.depth <= tree::DEEPEST);
 }
@@ -330,7 +330,7 @@ fn a_long_row_of_equal_triangles_is_built_at_once() {
     let at = |i: i32, x: f32, y: f32| vec3(2.0 * i as f32 + x, y, 0.0);
     let triangles: Vec<Triangle> =
         (0..200_000).map(|i| Triangle([at(i, 0.0, 0.0), at(i, 1.0, 0.0), at(i, 0.0, 1.0)])).collect();
-    let tree = Accel::build(&triangles, Vec::new(), Vec3::ZERO, Skip::Nothing);
+    let tree = Accel::build(&triangles, Vec::new(), Skip::Nothing);
     for i in [0, 77_777, 199_999] {
         let ray = Ray::new(at(i, 0.25, 0.25) + Vec3::Z, -Vec3::Z);
         assert!(matches!(tree.closest(&ray), Some(Hit::Triangle { id, .. }) if id == i as u32));
@@ -340,7 +340,7 @@ fn a_long_row_of_equal_triangles_is_built_at_once() {
 #[test]
 fn a_triangle_seen_edge_on_is_not_met() {
     let triangles = [Triangle([vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0)])];
-    let accel = Accel::build(&triangles, Vec::new(), Vec3::ZERO, Skip::Unneeded);
+    let accel = Accel::build(&triangles, Vec::new(), Skip::Unneeded);
     for d in [Vec3::X, Vec3::Y, vec3(0.6, 0.8, 0.0)] {
         assert!(accel.closest(&Ray::new(vec3(-1.0, 0.2, 0.0), d)).is_none());
     }
@@ -350,7 +350,7 @@ fn a_triangle_seen_edge_on_is_not_met() {
 fn spheres_are_met_from_outside_and_inside_at_any_distance() {
     for (radius, distance) in [(1.0f32, 3.0f32), (1e-3, 100.0), (1e-6, 1.0), (1e5, 2e5)] {
         let spheres = vec![Analytic::Sphere(Sphere { center: vec3(0.0, 0.0, -distance), radius, flipped: false })];
-        let accel = Accel::build(&[], spheres, Vec3::ZERO, Skip::Unneeded);
+        let accel = Accel::build(&[], spheres, Skip::Unneeded);
         let from_outside = accel.closest(&Ray::new(Vec3::ZERO, -Vec3::Z));
         let Some(Hit::Analytic { t, at, .. }) = from_outside else { panic!("missed {radius} at {distance}") };
         assert!((t - (distance - radius)).abs() <= 4.0 * UNIT * distance && at.ng.dot(Vec3::Z) > 0.999);

@@ -171,7 +171,7 @@ impl Accel {
     #[inline(always)]
     pub(super) fn offer_block<L: Lanes>(&self, proof: L::Proof, index: u32, query: &Query, best: &mut Best) {
         let block = &self.blocks[index as usize];
-        let mut candidates = block.candidates::<L>(proof, query, best.limit());
+        let mut candidates = block.candidates::<L>(proof, query, self.sizes[index as usize], best.limit());
         while let Some(candidate) = candidates.take() {
             let (crossing, lane) = (block.crossing(candidate, query), candidate.0);
             let id = block.id(lane);
@@ -241,7 +241,7 @@ impl Accel {
     #[inline(always)]
     pub(super) fn meets_block<L: Lanes>(&self, proof: L::Proof, index: u32, query: &Query, t_max: f64) -> bool {
         let block = &self.blocks[index as usize];
-        let mut candidates = block.candidates::<L>(proof, query, t_max as f32 * FAR);
+        let mut candidates = block.candidates::<L>(proof, query, self.sizes[index as usize], t_max as f32 * FAR);
         while let Some(candidate) = candidates.take() {
             let t = block.crossing(candidate, query).t;
             if t > 0.0 && t < t_max {

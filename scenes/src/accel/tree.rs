@@ -6,9 +6,7 @@ use super::pairing::{Couple, Pair, pair_up};
 use super::parting::{Items, cut};
 use super::{Accel, Instance};
 use crate::progress::{self, Activity};
-use crate::ray::UNIT_ROUNDOFF;
 use crate::shape::Triangle;
-use glam::Vec3A;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -50,30 +48,25 @@ const WHOLE: usize = 1 << 18;
 ///
 /// A tree takes several times the memory while it is built than when it is done; so many primitives are cut into parts first, whose
 /// trees are built one after the other.
-pub(super) fn build(triangles: &[Triangle], accel: Accel, eye: Vec3) -> Accel {
+pub(super) fn build(triangles: &[Triangle], accel: Accel) -> Accel {
     let count = triangles.len() + accel.analytic.len() + accel.instances.len();
     let most = if count <= WHOLE { WHOLE } else { (count / 16).clamp(1 << 16, 1 << 20) };
-    build_in_parts(triangles, accel, eye, most)
+    build_in_parts(triangles, accel, most)
 }
 
 /// The same in parts of so many primitives at the most.
-pub(super) fn build_in_parts(triangles: &[Triangle], accel: Accel, eye: Vec3, most: usize) -> Accel {
+pub(super) fn build_in_parts(triangles: &[Triangle], accel: Accel, most: usize) -> Accel {
     let items = Items { triangles, singles: singles_of(&accel) };
     let mut order: Vec<u32> = (0..items.len() as u32).collect();
-    let all = items.bounds(&order);
-    let extent = eye.abs().max_element().max(all.min.abs().max_element()).max(all.max.abs().max_element());
-    // Shearing moves vertices by a few roundings of their distance to the ray's origin: boxes must hold them still.
-    let padding = Vec3A::splat(8.0 * UNIT_ROUNDOFF * extent);
-    let mut tree = Tree { items: &items, most, padding, done: 0, accel };
+    let mut tree = Tree { items: &items, most, done: 0, accel };
     tree.grow(&mut order, 1);
-    tree.accel
+    tree.accel.measured()
 }
 
 /// The tree as far as it has been built.
 pub(super) struct Tree<'a> {
     items: &'a Items<'a>,
     most: usize,
-    padding: Vec3A,
     /// How many items are in it.
     done: usize,
     pub accel: Accel,
@@ -133,12 +126,11 @@ impl Tree<'_> {
     }
 
     pub fn place(&mut self, wide: usize, lane: usize, child: Child, aabb: &Aabb) {
-        let (low, high) = (aabb.min - self.padding, aabb.max + self.padding);
         let node = &mut self.accel.nodes[wide];
         node.children[lane] = child;
         for axis in 0..3 {
-            node.planes[axis][0][lane] = low[axis];
-            node.planes[axis][1][lane] = high[axis];
+            node.planes[axis][0][lane] = aabb.min[axis];
+            node.planes[axis][1][lane] = aabb.max[axis];
         }
     }
 }

@@ -92,7 +92,7 @@ pub(super) fn assemble(mut builder: SceneBuilder, skip: Skip) -> Result<Scene, S
         builder.choice_rule.unwrap_or_else(|| ChoiceRule::for_emitters(&parts.emitters, parts.asks_surfaces()));
     let hash = hash(&parts.content(&given, environment, &camera), choice_rule, parts.point_rule);
     let (needs, facts) = (parts.needs(&camera, skip), parts.needs(&camera, Skip::Unneeded));
-    let accel = parts.take_accel(camera.extent(), skip);
+    let accel = parts.take_accel(skip);
     Ok(Scene {
         name: builder.name,
         camera,

@@ -263,7 +263,7 @@ impl Parts {
     }
 
     /// Arranges everything for rays. What is where it is, is let go of.
-    pub fn take_accel(&mut self, eye: Vec3, skip: Skip) -> Accel {
+    pub fn take_accel(&mut self, skip: Skip) -> Accel {
         let (triangles, analytic) = (self.direct().0.len(), self.direct().1.len());
         self.analytic.truncate(analytic);
         let analytic = std::mem::take(&mut self.analytic);
@@ -271,8 +271,8 @@ impl Parts {
         let triangles = &all[..triangles];
         let (instances, prototypes) = (std::mem::take(&mut self.instances), std::mem::take(&mut self.prototypes));
         match instances.is_empty() {
-            true => Accel::build(triangles, analytic, eye, skip),
-            false => Accel::build_with(triangles, analytic, (instances, prototypes), eye),
+            true => Accel::build(triangles, analytic, skip),
+            false => Accel::build_with(triangles, analytic, (instances, prototypes)),
         }
     }
 

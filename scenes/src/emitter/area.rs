@@ -220,11 +220,9 @@ impl AreaEmitter {
     #[inline]
     fn off_edges(&self, &Sampled { at, triangle, b }: &Sampled) -> SurfacePoint {
         match &self.shape {
-            AreaShape::Quad(quad) => quad.sample_off_edges(b),
-            AreaShape::Rectangle(rectangle) => rectangle.quad.sample_off_edges(b),
-            AreaShape::Mesh { triangles, .. } => {
-                triangles[triangle as usize].0.point_off_edges([b.x.into(), b.y.into()], at.ng)
-            }
+            AreaShape::Quad(quad) => quad.off_edges(at, b),
+            AreaShape::Rectangle(rectangle) => rectangle.quad.off_edges(at, b),
+            AreaShape::Mesh { triangles, .. } => triangles[triangle as usize].0.off_edges(at, [b.x.into(), b.y.into()]),
             AreaShape::Sphere(_) | AreaShape::Disk(_) | AreaShape::Cylinder(_) => at,
         }
     }

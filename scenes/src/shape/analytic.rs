@@ -74,10 +74,16 @@ impl Analytic {
         }
     }
 
-    /// The lowest and the highest coordinates.
+    /// The lowest and the highest coordinates, rounded outwards where they are rounded.
     pub fn extent(&self) -> (Vec3, Vec3) {
-        let reach = Vec3::from_array(Vec3::AXES.map(|axis| self.reach(axis)));
-        (self.middle() - reach, self.middle() + reach)
+        let (middle, reach) = match self {
+            Self::Sphere(sphere) => (sphere.center.as_dvec3(), DVec3::splat(sphere.radius.into())),
+            Self::Disk(disk) => (disk.center, DVec3::AXES.map(|axis| disk.reach(axis)).into()),
+            Self::Cylinder(cylinder) => (cylinder.middle(), DVec3::AXES.map(|axis| cylinder.reach(axis)).into()),
+        };
+        let down = |x: f64| if f64::from(x as f32) > x { (x as f32).next_down() } else { x as f32 };
+        let (low, high) = ((middle - reach).to_array().map(down), (-middle - reach).to_array().map(down));
+        (low.into(), -Vec3::from(high))
     }
 
     /// Two balls, or one twice, whose convex hull holds it.

@@ -43,7 +43,14 @@ impl Triangle {
     /// The same for rays that are to leave it: off the edges, so that it is not behind what adjoins the triangle there.
     #[inline]
     pub fn point_off_edges(&self, b: [f64; 2], ng: Vec3) -> SurfacePoint {
-        self.point(margin::off_edges(&self.0.map(Vec3::as_dvec3), b), ng)
+        self.off_edges(self.point(b, ng), b)
+    }
+
+    /// The point of these barycentric coordinates, off the edges.
+    #[inline]
+    pub(crate) fn off_edges(&self, at: SurfacePoint, b: [f64; 2]) -> SurfacePoint {
+        let moved = margin::off_edges(&self.0.map(Vec3::as_dvec3), b);
+        if moved == b { at } else { self.point(moved, at.ng) }
     }
 
     fn double_area_vector(&self) -> DVec3 {
@@ -77,11 +84,11 @@ impl Parallelogram {
         triangle.point(b, ng)
     }
 
-    /// The same off the edges.
+    /// The point at `u`, off the edges.
     #[inline]
-    pub(crate) fn sample_off_edges(&self, u: Vec2) -> SurfacePoint {
-        let (triangle, b, ng) = self.part(u);
-        triangle.point_off_edges(b, ng)
+    pub(crate) fn off_edges(&self, at: SurfacePoint, u: Vec2) -> SurfacePoint {
+        let (triangle, b, _) = self.part(u);
+        triangle.off_edges(at, b)
     }
 
     /// The triangle that `u` is on, the place there, and its normal.

@@ -78,7 +78,7 @@ fn faces_are_met_where_their_blocks_have_them() {
             triangles.push(Triangle([a, b, a + (b - a) * 0.5 + (c - a) * 1e-7]));
         }
         triangles.iter_mut().for_each(|triangle| triangle.0.iter_mut().for_each(|p| *p *= scale));
-        let list = Accel::build(&triangles, Vec::new(), Vec3::ZERO, Skip::Unneeded);
+        let list = Accel::build(&triangles, Vec::new(), Skip::Unneeded);
         assert!(list.is_list());
         for kernel in Kernel::available() {
             let mut list = list.clone();
@@ -124,7 +124,7 @@ fn hardly_a_ray_is_left_to_the_blocks() {
     let corner = |i: usize| vec3((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0;
     let sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
     let triangles: Vec<Triangle> = sides.iter().flat_map(|side| halves(side.map(corner))).collect();
-    let list = Accel::build(&triangles, Vec::new(), Vec3::ZERO, Skip::Unneeded);
+    let list = Accel::build(&triangles, Vec::new(), Skip::Unneeded);
     assert_eq!(list.faces.faces.len(), 6);
     let left = (0..100_000)
         .filter(|_| {
