@@ -25,8 +25,9 @@ static NEAR: [f64; 4] = [1.0 / (1 << 17) as f64, 1.0 / (1 << 11) as f64, 1.0 / (
 static FIRST_WEIGHT: [usize; 4] = [0, 2, 1, 0];
 /// A triangle's plane is seen at a grazing angle where the square of its sine is below this.
 pub(super) const GRAZING: f64 = 1e-8;
-/// How far an edge function may be off, see [`Block::candidates`], and a number below which something may have underflowed.
+/// How far an edge function may be off, relative to the longest edge and to the distance along the line; see [`Block::candidates`].
 const EDGE_OFF: f32 = 16.0 * UNIT_ROUNDOFF;
+/// Where an edge function is below this, something may have underflowed.
 const LEAST_OFF: f32 = 1e-36;
 /// How far the direction's part along a unit normal may be off, relative to its largest coordinate.
 const SLOPE_OFF: f32 = 24.0 * UNIT_ROUNDOFF;
@@ -209,12 +210,13 @@ impl Block {
 
     /// The lanes whose triangle the query's line may meet, unless it lies behind the origin or beyond the limit for certain.
     ///
-    /// `size` is that of the block. Let L be that, and z the distance of a triangle's first corner along the line. Where a line is inside, or
-    /// within rounding of it, the corners are within L across it, and along it within z + L. Rounding of the translation, of the shear,
-    /// of their product and difference moves a corner across the line by at most twice its coordinate there and 5.5 (z + L) roundings,
-    /// and so an edge function by 4L² + 15.6 L (z + L), and by 2L² because of its own products and difference: in all less than
-    /// 16 L (z + 2L). Far from a triangle that is no bound; but there the signs are those of the moved corners, since rounding is monotone
-    /// and products are not fused, and cannot agree.
+    /// `size` is that of the block. Let L be that, z the distance of a triangle's first corner along the line, and u the unit roundoff. The
+    /// line's own axes are oblique: where it is inside, the two coordinates of a corner across it add up to √6 L at most, and all are
+    /// within z + 0.82 L along it. Rounding of the translation, of the shear, of their product and difference moves a corner across the line
+    /// by at most twice its coordinate there and 5 (z + L) roundings, of which 2 are of the shear, the same for all corners. An edge function is
+    /// so off by at most 14.7 u L z + 30.6 u L², its own products and difference reckoned in, and by 100 u² z² where moved corners meet moved
+    /// ones: less than u (16 L (z + 2L) + 160 u z²). Far across from a triangle that is no bound; but there the signs are those of the moved
+    /// corners, since rounding is monotone and products are not fused, and cannot agree.
     #[inline(always)]
     pub fn candidates<L: Lanes>(&self, proof: L::Proof, query: &Query, size: f32, limit: f32) -> Candidates {
         let [x, y, z] = query.axes;
@@ -228,10 +230,11 @@ impl Block {
         let bc = b_x * c_y - b_y * c_x;
         let ca = c_x * a_y - c_y * a_x;
         let (least, most) = (ab.min(bc).min(ca), ab.max(bc).max(ca));
-        // By how much all signs are the same; none is where products overflow.
+        // By how much all signs are the same, if they are.
         let agreed = (L::splat(proof, 0.0) - most).max(least).max(L::splat(proof, f32::MIN));
-        let grain = fault!("edges_without_their_bound", size * EDGE_OFF, 0.0);
-        let off = L::splat(proof, 2.0 * size * grain + LEAST_OFF).plus(a_z.abs(), L::splat(proof, grain));
+        let off = fault!("edges_without_their_bound", EDGE_OFF, 0.0);
+        let (fixed, along) = (L::splat(proof, 2.0 * size * size * off + LEAST_OFF), L::splat(proof, size * off));
+        let off = fixed.plus(a_z.abs(), along.plus(a_z.abs(), L::splat(proof, off * (10.0 * UNIT_ROUNDOFF))));
         let (inside, open) = (L::splat(proof, 0.0).at_most(agreed), agreed.abs().at_most(off));
         if open != 0 {
             hint::cold_path();
@@ -369,3 +372,6 @@ fn min(a: f64, b: f64) -> f64 {
 fn max(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
+
+#[cfg(test)]
+mod tests;

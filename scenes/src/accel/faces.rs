@@ -149,8 +149,9 @@ impl Eight {
     /// rounded, and so are products and sums, so that the numerator is off by at most 9 roundings of R, the sum of |oᵢ| and the largest
     /// coordinate, and the denominator by 8 of |d|. A point o + t·d is off by as much, times |d| / |n·d|, and by some rounding
     /// of its own; its distance from a border so by at most 20 roundings of R + |t·d|, times that. A block tests the line as it is rounded,
-    /// which is off by less than 2 of R + |t·d|, as much times |d| / |n·d| in the plane, and second triangles are up to 4 off it. Multiplied by |n·d|, all this is less than 64 roundings of (R + |t·d|)·|d|. Where t is NaN or infinite, so is that
-    /// bound, and the face is open, and not sure: unless the line is so nearly along a plane that it is nowhere near it within 2 R.
+    /// which is off by less than 2 of R + |t·d|, as much times |d| / |n·d| in the plane, and second triangles are up to 4 off it.
+    /// Multiplied by |n·d|, all this is less than 64 roundings of (R + |t·d|)·|d|. Where t is NaN or infinite, so is that bound, and the
+    /// face is open, and not sure: unless the line is so nearly along a plane that it is nowhere near it within 2 R.
     #[inline(always)]
     fn met<L: Lanes>(&self, proof: L::Proof, sight: &Sight<L>) -> Met {
         let [o_x, o_y, o_z] = sight.origin;

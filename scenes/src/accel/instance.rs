@@ -2,7 +2,7 @@
 //!
 //! A ray that meets the box of an instance is taken into the coordinates of its group in `f64`, and moved forward until it is near
 //! the surfaces there. Its direction is not normalised, so that parameters mean the same inside and outside, but for where they
-//! start. What is tested in `f32` is tested on the ray rounded once, the same for all that the instance holds, so that nothing
+//! start. In which triangle the line is, is decided for the ray rounded once, the same for all that the instance holds, so that nothing
 //! leaks between its neighbours; on which side of a triangle's plane the origin is, and where an analytic surface is met, is
 //! decided in `f64` without that rounding.
 
@@ -10,7 +10,7 @@ use super::block::LANES;
 use super::crossings::Primitive;
 use super::query::{Line, Query};
 use super::{ANALYTIC, Accel, Best, Hit, Kernel, Meeting, PLACED, Placed};
-use crate::ray::{Ray, rounding};
+use crate::ray::{Ray, UNIT_ROUNDOFF, rounding};
 use crate::shape::{Analytic, Triangle, margin};
 use glam::{DAffine3, DMat3, DVec3};
 use sampling::Vec3;
@@ -153,7 +153,9 @@ impl Prototype {
         let (low, high) =
             points().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
         let middle = (low.as_dvec3() + high.as_dvec3()) * 0.5;
-        let reach = (high.as_dvec3() - low.as_dvec3()).length() * 0.5 * (1.0 + 1e-6);
+        // With room for the rounding of where a ray begins.
+        let room = 4.0 * f64::from(UNIT_ROUNDOFF) * middle.abs().max_element();
+        let reach = (high.as_dvec3() - low.as_dvec3()).length() * 0.5 * (1.0 + 1e-6) + room;
         let count = triangles.len() as u64;
         let accel = Accel::build(triangles, analytic, skip);
         Prototype { accel, first, triangles: count, low, high, middle, reach }

@@ -56,7 +56,7 @@ impl<L: Lanes> Slabs<L> {
 }
 
 /// Directions are at least so large along each axis, so that no product of zero and infinity arises.
-const LEAST: f32 = 1e-24;
+const LEAST: f32 = 1e-30;
 
 /// The nearest of the children that are met; the others are put on the stack, the nearer ones last. Up to four are put in order without
 /// branches, since these would be guessed wrong as often as not.

@@ -36,6 +36,9 @@ pub(super) struct Node {
     pub children: [Child; WIDTH],
 }
 
+/// Boxes are larger by a rounding, and by this, so that what lies in the plane of a side is within, as it is for triangles, and a ray along it
+/// is there for long \[m\].
+const ROOM: f32 = 1e-18;
 /// Below this many levels what is left is cut into equal parts: a tree over surfaces that lie in one place can be a chain.
 pub(super) const SHAPED_LEVELS: usize = 48;
 /// No tree has more levels: those cut into equal parts hold eight times as many primitives each.
@@ -129,8 +132,8 @@ impl Tree<'_> {
         let node = &mut self.accel.nodes[wide];
         node.children[lane] = child;
         for axis in 0..3 {
-            node.planes[axis][0][lane] = aabb.min[axis];
-            node.planes[axis][1][lane] = aabb.max[axis];
+            node.planes[axis][0][lane] = (aabb.min[axis] - ROOM).next_down();
+            node.planes[axis][1][lane] = (aabb.max[axis] + ROOM).next_up();
         }
     }
 }

@@ -46,7 +46,7 @@ impl Triangle {
         self.off_edges(self.point(b, ng), b)
     }
 
-    /// The point of these barycentric coordinates, off the edges.
+    /// `at`, the point of these barycentric coordinates, off the edges.
     #[inline]
     pub(crate) fn off_edges(&self, at: SurfacePoint, b: [f64; 2]) -> SurfacePoint {
         let moved = margin::off_edges(&self.0.map(Vec3::as_dvec3), b);
@@ -84,7 +84,7 @@ impl Parallelogram {
         triangle.point(b, ng)
     }
 
-    /// The point at `u`, off the edges.
+    /// `at`, the point at `u`, off the edges.
     #[inline]
     pub(crate) fn off_edges(&self, at: SurfacePoint, u: Vec2) -> SurfacePoint {
         let (triangle, b, _) = self.part(u);

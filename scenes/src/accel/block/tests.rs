@@ -1,0 +1,46 @@
+use super::super::Accel;
+use super::super::lanes::Portable;
+use super::*;
+use crate::needs::Skip;
+use crate::ray::Ray;
+use crate::test_support::Random;
+
+/// Triangles from plump ones to needles, from next to where the line begins to a thousand million times their size away, and lines at points
+/// on their edges, at their corners and off these by some roundings.
+#[test]
+fn what_is_not_open_is_as_f64_has_it() {
+    let mut random = Random::new(31);
+    let (mut sure, mut open) = ([0, 0], 0);
+    for i in 0..300_000u32 {
+        let size = 10f32.powi(i as i32 % 7 - 3);
+        let far = size * 10f32.powf(9.0 * random.next_1d().powi(3));
+        let d = random.direction() * [1.0, far][(i % 2) as usize];
+        let at = random.direction() * size + d.normalize() * far;
+        let width = [1.0, 1e-2, 1e-5][(i % 3) as usize];
+        let (along, across) = (random.direction(), random.direction());
+        let [a, b] = [at, at + along * size];
+        let c = at + (along * random.next_1d() + across * width) * size;
+        // What has no area is left out.
+        let list = Accel::build(&[Triangle([a, b, c])], Vec::new(), Skip::Unneeded);
+        let Some(block) = list.blocks.first() else { continue };
+        let share = random.next_1d();
+        let off = far * UNIT_ROUNDOFF * 10f32.powf(6.0 * random.next_1d()) * (random.next_1d() - 0.5);
+        let target = [a, a + (b - a) * share, c + (a - c) * share, (a + b + c) / 3.0][(i / 3 % 4) as usize];
+        // The line begins where it passes the target, to rounding.
+        let o = target - d.normalize() * far + random.direction() * off;
+        let ray = Ray { o, d, t_max: f32::INFINITY };
+        let query = Query::new(&ray);
+        let candidates = block.candidates::<Portable>((), &query, block.size(), f32::INFINITY);
+        for lane in (0..LANES).filter(|&lane| block.is_occupied(lane)) {
+            let inside = candidates.inside >> lane & 1 != 0;
+            if candidates.open >> lane & 1 != 0 {
+                assert!(inside);
+                open += 1;
+            } else {
+                assert_eq!(inside, block.is_inside_exactly(lane, &query), "{i}: {ray:?} {a} {b} {c}");
+                sure[usize::from(inside)] += 1;
+            }
+        }
+    }
+    assert!(sure[0] > 50_000 && sure[1] > 30_000 && open > 50_000, "{sure:?} {open}");
+}
