@@ -61,7 +61,7 @@ pub(super) struct Candidates {
 }
 
 impl Candidates {
-    /// Takes one of them out: the lane, and whether it is open if the line is inside.
+    /// Takes one of them out: the lane, and whether it is left open that the line is inside.
     #[inline(always)]
     pub fn take(&mut self) -> Option<(usize, bool)> {
         if self.inside == 0 {
