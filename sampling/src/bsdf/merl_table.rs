@@ -378,4 +378,30 @@ mod tests {
             assert!((albedo - 1.0).abs() < 0.02, "{cos}: {albedo}");
         }
     }
+
+    #[test]
+    fn albedos_are_those_of_what_it_was_made_from() {
+        let rho = Spectrum::new(0.2, 0.8, 0.5);
+        let matt = Bsdf::from(Lambert { albedo: rho });
+        let bytes = MerlTable::write(|wo, wi| matt.eval(wo, wi, Lobes::ALL, TransportMode::Radiance));
+        let table = MerlTable::read(&bytes).expect("a table");
+        for cos in [1.0, 0.9, 0.7, 0.5] {
+            let error = (table.albedo(cos) - rho).abs().max_component();
+            assert!(error < 0.01, "{cos}: {error}");
+        }
+        assert!((table.survival - 0.8).abs() < 0.005, "{}", table.survival);
+    }
+
+    /// Of D cos θ_h of a rough metal half is within tan θ_h = α; of what is sampled, too, but for the steps of the table and for shadows.
+    #[test]
+    fn half_vectors_gather_where_the_lobe_is() {
+        for alpha in [0.1, 0.25, 0.6] {
+            let metal = RoughConductor::from_reflectance(Spectrum::splat(0.9), alpha, alpha);
+            let bytes = MerlTable::write(|wo, wi| metal.eval(wo, wi, Lobes::ALL, TransportMode::Radiance));
+            let table = MerlTable::read(&bytes).expect("a table");
+            let median = table.half_vectors.sample(vec2(0.3, 0.5));
+            let tan = median.truncate().length() / median.z;
+            assert!((tan / alpha - 1.06).abs() < 0.05, "{alpha}: {tan}");
+        }
+    }
 }
