@@ -7,7 +7,6 @@ use crate::ray::UNIT_ROUNDOFF;
 use crate::shape::{Triangle, margin};
 use glam::DVec3;
 use sampling::{Vec2, Vec3, fault, vec2};
-use std::hint;
 
 /// Number of pairs in a block.
 pub(super) const PAIRS: usize = WIDTH / 2;
@@ -31,6 +30,10 @@ const EDGE_OFF: f32 = 16.0 * UNIT_ROUNDOFF;
 const LEAST_OFF: f32 = 1e-36;
 /// How far the direction's part along a unit normal may be off, relative to its largest coordinate.
 const SLOPE_OFF: f32 = 24.0 * UNIT_ROUNDOFF;
+/// What is so far before a limit that is [`FAR`](super::traverse::FAR) off is before what that was made from, by products that are rounded.
+const BEFORE: f32 = 1.0 - 24.0 * UNIT_ROUNDOFF;
+/// A plane is not [`GRAZING`] where the direction's part along its unit normal, relative to its largest coordinate, is this.
+const SEEN: f32 = 2e-4;
 
 /// Up to four pairs of triangles (a, b, c) and (a, c, d), side by side: `axes[axis][corner * PAIRS + pair]` holds one
 /// coordinate, so that eight in a row are the second corners of the eight triangles, or the third.
@@ -58,9 +61,23 @@ pub(super) struct Candidates {
     inside: u32,
     /// Lanes with an edge function whose sign is not certain.
     open: u32,
+    /// Lanes whose triangle the line, as it is rounded, meets on the interval for certain.
+    sure: u32,
+}
+
+/// The lanes whose planes a line meets outside its interval for certain, and those that it so meets within.
+struct Interval {
+    outside: u32,
+    within: u32,
 }
 
 impl Candidates {
+    /// Whether a query's line meets any of them on its interval, so much so that nothing is left to ask.
+    #[inline(always)]
+    pub fn are_met(&self, query: &Query) -> bool {
+        self.sure != 0 && query.line.exact.is_none()
+    }
+
     /// Takes one of them out: the lane, and whether it is left open that the line is inside.
     #[inline(always)]
     pub fn take(&mut self) -> Option<(usize, bool)> {
@@ -230,42 +247,42 @@ impl Block {
         let bc = b_x * c_y - b_y * c_x;
         let ca = c_x * a_y - c_y * a_x;
         let (least, most) = (ab.min(bc).min(ca), ab.max(bc).max(ca));
-        // By how much all signs are the same, if they are.
-        let agreed = (L::splat(proof, 0.0) - most).max(least).max(L::splat(proof, f32::MIN));
-        let off = fault!("edges_without_their_bound", EDGE_OFF, 0.0);
+        let (deep, off) = (a_z.abs(), fault!("edges_without_their_bound", EDGE_OFF, 0.0));
         let (fixed, along) = (L::splat(proof, 2.0 * size * size * off + LEAST_OFF), L::splat(proof, size * off));
-        let off = fixed.plus(a_z.abs(), along.plus(a_z.abs(), L::splat(proof, off * (10.0 * UNIT_ROUNDOFF))));
-        let (inside, open) = (L::splat(proof, 0.0).at_most(agreed), agreed.abs().at_most(off));
-        if open != 0 {
-            hint::cold_path();
-            return Candidates { inside: inside | open, open };
-        }
+        let off = fixed.plus(deep, along.plus(deep, L::splat(proof, off * (10.0 * UNIT_ROUNDOFF))));
+        let below = L::splat(proof, 0.0) - off;
+        // All of one sign for certain, or perhaps.
+        let inside = below.at_most(least) | most.at_most(off);
+        let open = inside & below.at_most(most) & least.at_most(off);
+        let height_off = (deep + L::splat(proof, size)) * L::splat(proof, query.height_off);
+        let Interval { outside, within } = self.interval(proof, query, [x_a, y_a, a_z], height_off, limit);
         // Most blocks whose box a ray meets have a candidate, so that it does not pay to ask whether there is one.
-        Candidates { inside: inside & !self.outside(proof, query, [x_a, y_a, a_z], limit), open }
+        Candidates { inside: inside & (open | !outside), open, sure: inside & !open & within }
     }
 
-    /// The lanes whose plane the query's line meets behind the origin or beyond the limit for certain; `a` are their first corners,
-    /// relative to the origin, along the query's axes.
+    /// On which lanes' planes the query's line is within its interval, and on which it is not, where f32 can tell; `a` are their first
+    /// corners, relative to the origin, along the query's axes.
     ///
     /// With the unit normal n, the plane is at the parameter t = n·a / n·d = (n·a / d_z) / (n·d / d_z). Normals are rounded, and so are a
     /// and the shears, products and sums: in all, the first of the two is off by at most 8 roundings of Σ|aᵢ| / |d_z|, the other by 8 of
-    /// Σ|dᵢ / d_z|, which is at most 3.
+    /// Σ|dᵢ / d_z|, which is at most 3. Where the line is inside the triangle, Σ|aᵢ| is at most 3 z + √6 L.
     #[inline(always)]
-    fn outside<L: Lanes>(&self, proof: L::Proof, query: &Query, a: [L; 3], limit: f32) -> u32 {
+    fn interval<L: Lanes>(&self, proof: L::Proof, query: &Query, a: [L; 3], height_off: L, limit: f32) -> Interval {
         let [x, y, z] = query.axes;
         let (n_x, n_y, n_z) = (self.normal::<L>(proof, x), self.normal::<L>(proof, y), self.normal::<L>(proof, z));
         let [a_x, a_y, a_z] = a;
         let (s_x, s_y) = (L::splat(proof, query.shear[0]), L::splat(proof, query.shear[1]));
         let height = (a_x * n_x).plus(a_y, n_y).plus(a_z, n_z) * L::splat(proof, query.inverse);
         let slope = n_z.plus(s_x, n_x).plus(s_y, n_y);
-        let height_off = (a_x.abs() + a_y.abs() + a_z.abs()) * L::splat(proof, query.height_off);
-        let slope_off = L::splat(proof, SLOPE_OFF);
-        let (high, steep) = (height.abs(), slope.abs());
+        let (high, steep, slope_off) = (height.abs(), slope.abs(), L::splat(proof, SLOPE_OFF));
+        let (least, most) = (high - height_off, high + height_off);
         // Compared this way around, NaN leaves it open.
-        let known = (high - height_off).min(steep - slope_off);
-        let behind = height.differs_in_sign(slope) & L::splat(proof, f32::MIN_POSITIVE).at_most(known);
-        let beyond = ((steep + slope_off) * L::splat(proof, limit)).at_most(high - height_off);
-        behind | beyond
+        let known = L::splat(proof, f32::MIN_POSITIVE).at_most(least.min(steep - slope_off));
+        let behind = height.differs_in_sign(slope) & known;
+        let beyond = ((steep + slope_off) * L::splat(proof, limit)).at_most(least);
+        let before = most.at_most((steep - slope_off) * L::splat(proof, limit * BEFORE));
+        let seen = L::splat(proof, SEEN).at_most(steep);
+        Interval { outside: behind | beyond, within: known & !behind & before & seen }
     }
 
     /// One coordinate of the triangles' normals.
@@ -288,10 +305,11 @@ impl Block {
     /// Where a line meets the plane of a candidate's triangle, in `f64`, so that the sign is right however close the origin is to it.
     #[inline(always)]
     pub fn crossing(&self, (lane, open): (usize, bool), query: &Query) -> Crossing {
-        let (mut crossing, normal) = self.plain_crossing(lane, query.exact);
-        let slope = query.exact[1].dot(normal);
+        let exact = query.line.exact();
+        let (mut crossing, normal) = self.plain_crossing(lane, exact);
+        let slope = exact[1].dot(normal);
         // NaN, of a triangle without area, is grazing.
-        let seen = slope * slope > GRAZING * normal.length_squared() * query.length_squared;
+        let seen = slope * slope > GRAZING * normal.length_squared() * exact[1].length_squared();
         if open || !seen {
             crossing.t = self.doubtful_parameter((lane, open, !seen), query.line, crossing.t);
         }
@@ -347,7 +365,7 @@ impl Block {
     /// The parameter of a triangle that is seen nearly edge-on: kept within the depths of its corners.
     fn grazing_parameter(&self, lane: usize, query: &Query, t: f64) -> f64 {
         let z = query.axes[2];
-        let [origin, direction] = query.exact.map(|v| v.as_ref()[z]);
+        let [origin, direction] = query.line.exact().map(|v| v.as_ref()[z]);
         let [a, b, c] = self.corners(lane).map(|p| (f64::from(p[z]) - origin) / direction);
         let (least, most) = (min(min(a, b), c), max(max(a, b), c));
         // Written so that what is NaN, for a triangle seen exactly edge-on, stays so and is no hit.

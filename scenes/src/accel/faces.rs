@@ -184,8 +184,8 @@ impl Eight {
 }
 
 impl Faces {
-    /// The faces of the triangles in blocks.
-    pub fn of(blocks: &[Block]) -> Self {
+    /// The faces of the triangles in blocks, unless they are too many.
+    pub fn of(blocks: &[Block]) -> Option<Self> {
         let corners = blocks.iter().flat_map(Block::triangles).flat_map(|(_, triangle)| triangle.0);
         let reach = corners.fold(0.0, |reach, p| p.abs().max_element().max(reach));
         let mut shapes = Vec::new();
@@ -195,10 +195,17 @@ impl Faces {
                 shapes.extend(Shape::of(triangles, f64::from(reach)).into_iter().flatten());
             }
         }
-        assert!(shapes.len() <= MOST, "a list is short");
+        if shapes.len() > MOST {
+            return None;
+        }
         let reach = if shapes.iter().all(|shape| shape.normal().is_some()) { reach } else { f32::NAN };
         let eights = shapes.chunks(WIDTH).map(Eight::new).collect();
-        Faces { eights, faces: shapes.iter().map(Shape::face).collect(), reach }
+        Some(Faces { eights, faces: shapes.iter().map(Shape::face).collect(), reach })
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.faces.len()
     }
 
     /// Visits where the line meets faces before `limit`, or just outside its interval; a face that is alone is visited twice. False if it

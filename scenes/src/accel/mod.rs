@@ -37,9 +37,24 @@ use std::collections::HashMap;
 use traverse::FAR;
 use tree::Node;
 
-/// Whether so many surfaces are searched without a tree: faces are tested eight at a time, others take as long by themselves.
-pub(crate) fn are_few(triangles: usize, analytic: usize) -> bool {
-    triangles + 8 * analytic <= faces::MOST
+/// Whether surfaces are searched without a tree.
+pub(crate) fn are_few(triangles: &[Triangle], analytic: usize) -> bool {
+    list_of(triangles, analytic).is_some()
+}
+
+/// The blocks and faces of triangles, if these and so many analytic surfaces are few: faces are tested eight at a time, others take as long
+/// by themselves.
+fn list_of(triangles: &[Triangle], analytic: usize) -> Option<(Vec<Block>, Faces)> {
+    // No face has more than two.
+    if triangles.len() > 2 * faces::MOST {
+        return None;
+    }
+    let all: Vec<u32> = (0..triangles.len() as u32).collect();
+    let couples = pairing::pair_up(triangles, &all).into_iter();
+    let pairs: Vec<Pair> = couples.map(|couple| Pair::of(couple, triangles)).collect();
+    let blocks: Vec<Block> = pairs.chunks(PAIRS).map(Block::new).collect();
+    let faces = Faces::of(&blocks)?;
+    (faces.len() + 8 * analytic <= faces::MOST).then_some((blocks, faces))
 }
 
 /// No more triangles than this can be told apart.
@@ -181,17 +196,14 @@ impl Best {
 impl Accel {
     /// Arranges triangles and analytic surfaces.
     pub fn build(triangles: &[Triangle], analytic: Vec<Analytic>, skip: Skip) -> Self {
-        let list = skip.leaves_out(Work::Bvh) && are_few(triangles.len(), analytic.len());
+        let list = skip.leaves_out(Work::Bvh).then(|| list_of(triangles, analytic.len())).flatten();
         let nothing = triangles.is_empty() && analytic.is_empty();
         let accel = Accel { analytic, ..Accel::default() };
-        if !list && !nothing {
-            return tree::build(triangles, accel);
+        match list {
+            Some((blocks, faces)) => Accel { faces, blocks, ..accel }.measured(),
+            None if nothing => accel,
+            None => tree::build(triangles, accel),
         }
-        let list: Vec<u32> = (0..triangles.len() as u32).collect();
-        let couples = pairing::pair_up(triangles, &list).into_iter();
-        let pairs: Vec<Pair> = couples.map(|couple| Pair::of(couple, triangles)).collect();
-        let blocks: Vec<Block> = pairs.chunks(PAIRS).map(Block::new).collect();
-        Accel { faces: Faces::of(&blocks), blocks, ..accel }.measured()
     }
 
     /// The same with the sizes of its blocks.

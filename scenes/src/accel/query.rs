@@ -27,10 +27,6 @@ impl Line<'_> {
 #[derive(Clone, Copy)]
 pub(super) struct Query<'a> {
     pub line: Line<'a>,
-    /// Its origin and direction, not rounded.
-    pub exact: [DVec3; 2],
-    /// The square of its direction's length.
-    pub length_squared: f64,
     /// The axes x, y and z of its own: z is that along which its direction is largest, the others follow in turn.
     pub axes: [usize; 3],
     /// Its origin along these axes.
@@ -39,7 +35,8 @@ pub(super) struct Query<'a> {
     pub shear: [f32; 2],
     /// Reciprocal of its direction along z.
     pub inverse: f32,
-    /// How far the height of a corner over a plane may be off, divided by its direction along z, relative to the corner's distance.
+    /// How far the height of a corner over a plane may be off, divided by its direction along z, relative to the corner's distance and the
+    /// longest edge.
     pub height_off: f32,
 }
 
@@ -61,18 +58,7 @@ impl<'a> Query<'a> {
         let [x, y, z] = axes;
         let inverse = d[z].recip();
         let shear = [d[x] * inverse, d[y] * inverse];
-        let exact = line.exact();
-        let length_squared = exact[1].length_squared();
-        Query {
-            line,
-            exact,
-            length_squared,
-            axes,
-            o: [o[x], o[y], o[z]],
-            shear,
-            inverse,
-            height_off: inverse.abs() * (8.0 * UNIT_ROUNDOFF),
-        }
+        Query { line, axes, o: [o[x], o[y], o[z]], shear, inverse, height_off: inverse.abs() * (24.0 * UNIT_ROUNDOFF) }
     }
 }
 

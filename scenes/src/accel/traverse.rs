@@ -15,8 +15,10 @@ pub(super) const FAR: f32 = 1.0 + 8.0 * UNIT_ROUNDOFF;
 /// A ray prepared for boxes.
 struct Slabs<L> {
     origin: [L; 3],
-    /// Reciprocals of its direction, turned around.
+    /// Reciprocals of its direction, turned around, for the planes that it meets first.
     inverse: [L; 3],
+    /// The same for those that it meets last, larger by the rounding of both distances \[Ize13\].
+    last: [L; 3],
     /// Which of the planes across each axis it meets first: 0 where it runs upwards.
     first: [usize; 3],
 }
@@ -27,31 +29,38 @@ impl<L: Lanes> Slabs<L> {
         let (o, d) = (ray.o, ray.d);
         let d = Vec3A::from(d).abs().max(Vec3A::splat(LEAST)).copysign(d.into());
         let [x, y, z] = (-1.0 / d).to_array();
+        let [l_x, l_y, l_z] = (-FAR / d).to_array();
         Slabs {
             origin: [L::splat(proof, o.x), L::splat(proof, o.y), L::splat(proof, o.z)],
             inverse: [L::splat(proof, x), L::splat(proof, y), L::splat(proof, z)],
+            last: [L::splat(proof, l_x), L::splat(proof, l_y), L::splat(proof, l_z)],
             first: [x, y, z].map(|inverse| (!inverse.to_bits() >> 31) as usize),
         }
     }
 
-    /// The parameters at which the ray enters the children's boxes, and those it meets before `t_max`, as bits. The far ends are made
-    /// larger by the rounding of both distances \[Ize13\].
+    /// The parameters at which the ray enters the children's boxes, and those it meets before `t_max`, as bits.
     #[inline(always)]
     fn enter(&self, proof: L::Proof, node: &Node, t_max: f32) -> (L, u32) {
         let [x, y, z] = self.first;
-        let (near_x, far_x) = (self.plane(proof, node, 0, x), self.plane(proof, node, 0, 1 - x));
-        let (near_y, far_y) = (self.plane(proof, node, 1, y), self.plane(proof, node, 1, 1 - y));
-        let (near_z, far_z) = (self.plane(proof, node, 2, z), self.plane(proof, node, 2, 1 - z));
-        // In this order zero is positive, and NaN, for a child that is not there, stays NaN.
-        let near = near_x.max(near_y).max(near_z).max(L::splat(proof, 0.0));
-        let far = far_x.min(far_y).min(far_z) * L::splat(proof, FAR);
-        (near, near.at_most(L::splat(proof, t_max).min(far)))
+        let (near_x, far_x) = (self.near(proof, node, 0, x), self.far(proof, node, 0, x));
+        let (near_y, far_y) = (self.near(proof, node, 1, y), self.far(proof, node, 1, y));
+        let (near_z, far_z) = (self.near(proof, node, 2, z), self.far(proof, node, 2, z));
+        // In this order zero is positive.
+        let near = near_x.max(near_y).max(near_z.max(L::splat(proof, 0.0)));
+        let far = far_x.min(far_y).min(far_z.min(L::splat(proof, t_max)));
+        (near, near.at_most(far))
     }
 
-    /// The parameters at which the ray meets the children's planes of one side across an axis.
+    /// The parameters at which the ray meets the first of the children's planes across an axis.
     #[inline(always)]
-    fn plane(&self, proof: L::Proof, node: &Node, axis: usize, side: usize) -> L {
-        (self.origin[axis] - L::load(proof, &node.planes[axis][side % 2])) * self.inverse[axis]
+    fn near(&self, proof: L::Proof, node: &Node, axis: usize, first: usize) -> L {
+        (self.origin[axis] - L::load(proof, &node.planes[axis][first % 2])) * self.inverse[axis]
+    }
+
+    /// Those at which it meets the last of them.
+    #[inline(always)]
+    fn far(&self, proof: L::Proof, node: &Node, axis: usize, first: usize) -> L {
+        (self.origin[axis] - L::load(proof, &node.planes[axis][(1 - first) % 2])) * self.last[axis]
     }
 }
 
@@ -242,6 +251,9 @@ impl Accel {
     pub(super) fn meets_block<L: Lanes>(&self, proof: L::Proof, index: u32, query: &Query, t_max: f64) -> bool {
         let block = &self.blocks[index as usize];
         let mut candidates = block.candidates::<L>(proof, query, self.sizes[index as usize], t_max as f32 * FAR);
+        if candidates.are_met(query) {
+            return true;
+        }
         while let Some(candidate) = candidates.take() {
             let t = block.crossing(candidate, query).t;
             if t > 0.0 && t < t_max {

@@ -28,7 +28,7 @@ pub(super) const INSTANCE: Child = 1 << 29;
 pub(super) const NUMBER: Child = INSTANCE - 1;
 
 /// The boxes of up to eight children, side by side: `planes[axis][0]` below, `planes[axis][1]` above.
-/// The box of a child that isn't there is NaN, so that no ray meets it.
+/// The box of a child that isn't there begins at infinity and ends before, so that no ray meets it.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(super) struct Node {
@@ -45,16 +45,14 @@ pub(super) const SHAPED_LEVELS: usize = 48;
 pub(super) const DEEPEST: usize = SHAPED_LEVELS + 16;
 
 /// Up to this many triangles and other surfaces are put in the tree at once.
-const WHOLE: usize = 1 << 18;
+const WHOLE: usize = 1 << 21;
 
 /// Builds the tree over at least one primitive: the triangles, and what `accel` holds already.
 ///
 /// A tree takes several times the memory while it is built than when it is done; so many primitives are cut into parts first, whose
 /// trees are built one after the other.
 pub(super) fn build(triangles: &[Triangle], accel: Accel) -> Accel {
-    let count = triangles.len() + accel.analytic.len() + accel.instances.len();
-    let most = if count <= WHOLE { WHOLE } else { (count / 16).clamp(1 << 16, 1 << 20) };
-    build_in_parts(triangles, accel, most)
+    build_in_parts(triangles, accel, WHOLE)
 }
 
 /// The same in parts of so many primitives at the most.
@@ -239,6 +237,6 @@ fn singles_of(accel: &Accel) -> Vec<Aabb> {
 
 impl Node {
     fn empty() -> Self {
-        Node { planes: [[[f32::NAN; WIDTH]; 2]; 3], children: [LEAF; WIDTH] }
+        Node { planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3], children: [LEAF; WIDTH] }
     }
 }

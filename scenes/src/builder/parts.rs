@@ -357,7 +357,7 @@ impl Parts {
             hittable_emitters: kept(Work::EmitterHits) || bright().any(|emitter| !emitter.is_delta()),
             delta_emitters: everything || bright().any(Emitter::is_delta),
             few_primitives: !kept(Work::Bvh)
-                && are_few(self.triangles.len(), self.analytic.len())
+                && are_few(&self.triangles, self.analytic.len())
                 && self.instances.is_empty(),
             pinhole: !kept(Work::CameraPoints) && camera.rays() == Rays::FromPoint,
             primitives: self.triangles.len() + self.analytic.len(),

@@ -1,5 +1,6 @@
 use super::super::Accel;
 use super::super::lanes::Portable;
+use super::super::traverse::FAR;
 use super::*;
 use crate::needs::Skip;
 use crate::ray::Ray;
@@ -43,4 +44,39 @@ fn what_is_not_open_is_as_f64_has_it() {
         }
     }
     assert!(sure[0] > 50_000 && sure[1] > 30_000 && open > 50_000, "{sure:?} {open}");
+}
+
+/// Lines that begin next to the plane of a triangle, on it, or far from it, and end as close to it, seen from above to edge-on.
+#[test]
+fn what_is_met_for_certain_is_met_by_f64() {
+    let mut random = Random::new(32);
+    let (mut sure, mut asked) = (0, 0);
+    for i in 0..300_000u32 {
+        let size = 10f32.powi(i as i32 % 7 - 3);
+        let place = random.direction() * [0.0, 1.0, 1e4][(i % 3) as usize];
+        let (along, across) = (random.direction() * size, random.direction() * size);
+        let (a, b, c) = (place, place + along, place + across);
+        let list = Accel::build(&[Triangle([a, b, c])], Vec::new(), Skip::Unneeded);
+        let Some(block) = list.blocks.first() else { continue };
+        let target = (a + b + c) / 3.0;
+        let normal = along.cross(across).normalize();
+        let steep = 10f32.powf(-6.0 * random.next_1d());
+        let d = (along.normalize() + normal * steep) * [1.0, -1.0][(i / 3 % 2) as usize];
+        let far = size * 10f32.powf(8.0 * random.next_1d() - 7.0);
+        let o = target - d * far;
+        let near = 1.0 + (random.next_1d() - 0.5) * 10f32.powf(-7.0 * random.next_1d());
+        let ray = Ray { o, d, t_max: [f32::INFINITY, far * near, far * 0.5][(i / 6 % 3) as usize] };
+        let query = Query::new(&ray);
+        let mut candidates = block.candidates::<Portable>((), &query, block.size(), ray.t_max * FAR);
+        let certain = candidates.sure;
+        while let Some(candidate) = candidates.take() {
+            let t = block.crossing(candidate, &query).t;
+            asked += 1;
+            if certain >> candidate.0 & 1 != 0 {
+                assert!(t > 0.0 && t < f64::from(ray.t_max), "{i}: {ray:?} {a} {b} {c} {t}");
+                sure += 1;
+            }
+        }
+    }
+    assert!(sure > 30_000 && asked > sure + 100_000, "{sure} {asked}");
 }
