@@ -72,6 +72,7 @@ const FAULTS: &[(&str, &str)] = &[
     ("points_on_edges", "stress::shapes::rays_go_on_within_from_the_edges_of_a_room"),
     ("edges_without_their_bound", "stress::shapes::rays_go_on_within_from_edges_whose_corners_are_far_away"),
     ("faces_without_their_bound", "stress::shapes::rays_go_on_within_from_the_edges_of_a_room"),
+    ("what_is_behind_shades", "shapes::rays_that_leave_a_ball_of_triangles_meet_it_inwards_only"),
     ("start_not_moved", "shapes::rays_that_leave_a_surface_do_not_meet_it_again"),
     ("segment_meets_its_end", "orders::furnace"),
     ("disc_of_another_radius", "distant_emitters::parallel_light_in_a_room"),

@@ -328,3 +328,48 @@ fn rays_that_leave_a_surface_do_not_meet_it_again() {
         }
     }
 }
+
+/// An octahedron whose faces are cut in four, twice, with all corners on a sphere.
+fn ball_of_triangles(center: DVec3, radius: f64) -> MeshData {
+    let mut faces: Vec<[DVec3; 3]> = Vec::new();
+    for i in 0..8 {
+        let sign = |bit: usize| if i >> bit & 1 == 0 { 1.0 } else { -1.0 };
+        let [x, y, z] = [DVec3::X * sign(0), DVec3::Y * sign(1), DVec3::Z * sign(2)];
+        faces.push(if sign(0) * sign(1) * sign(2) > 0.0 { [x, y, z] } else { [x, z, y] });
+    }
+    for _ in 0..2 {
+        let quarters = |[a, b, c]: [DVec3; 3]| {
+            let [ab, bc, ca] = [a + b, b + c, c + a].map(DVec3::normalize);
+            [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+        };
+        faces = faces.into_iter().flat_map(quarters).collect();
+    }
+    let positions: Vec<DVec3> = faces.iter().flatten().map(|corner| center + *corner * radius).collect();
+    let triangles = (0..faces.len() as u32).map(|face| [0, 1, 2].map(|corner| 3 * face + corner)).collect();
+    MeshData { positions, triangles, ..MeshData::default() }
+}
+
+/// What leaves a convex body of triangles, searched by its tree, meets nothing outwards, and the body inwards.
+#[test]
+fn rays_that_leave_a_ball_of_triangles_meet_it_inwards_only() {
+    let mut random = Random(Stream::new(3, 1));
+    for (scale, place) in places() {
+        let (scene, center) = alone(|b, m| _ = b.mesh(ball_of_triangles(place, scale), m), place);
+        assert!(!scene.needs.few_primitives);
+        for _ in 0..4000 {
+            let context = format!("at scale {scale}, at {place}");
+            let o = center + random.direction() * (3.0 * scale as f32);
+            let target = center + random.direction() * (0.9 * scale as f32);
+            let Some(hit) = scene.intersect(&Ray::new(o, (target - o).normalize())) else {
+                panic!("{context}: the ball is missed from {o} to {target}")
+            };
+            let outwards = hit.point.ng * hit.point.ng.dot(hit.point.p - center).signum();
+            for (normal, within) in [(outwards, false), (-outwards, true)] {
+                let d = random.leaving(normal);
+                let ray = hit.point.spawn(d);
+                assert_eq!(scene.intersect(&ray).is_some(), within, "{context}: {d} from {:?}", hit.point);
+                assert_eq!(scene.occluded(&ray), within, "{context}: {d} from {:?}", hit.point);
+            }
+        }
+    }
+}

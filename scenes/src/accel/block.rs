@@ -282,7 +282,9 @@ impl Block {
         let beyond = ((steep + slope_off) * L::splat(proof, limit)).at_most(least);
         let before = most.at_most((steep - slope_off) * L::splat(proof, limit * BEFORE));
         let seen = L::splat(proof, SEEN).at_most(steep);
-        Interval { outside: behind | beyond, within: known & !behind & before & seen }
+        let outside = behind | beyond;
+        let ahead = fault!("what_is_behind_shades", known & !outside, u32::MAX);
+        Interval { outside, within: ahead & before & seen }
     }
 
     /// One coordinate of the triangles' normals.

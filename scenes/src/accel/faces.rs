@@ -208,6 +208,11 @@ impl Faces {
         self.faces.len()
     }
 
+    /// Whether every ray is left to the blocks.
+    pub fn are_blind(&self) -> bool {
+        self.reach.is_nan()
+    }
+
     /// Visits where the line meets faces before `limit`, or just outside its interval; a face that is alone is visited twice. False if it
     /// cannot be told in this way what the line meets, so that what has been visited does not count.
     #[inline(always)]

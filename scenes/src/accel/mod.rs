@@ -54,7 +54,9 @@ fn list_of(triangles: &[Triangle], analytic: usize) -> Option<(Vec<Block>, Faces
     let pairs: Vec<Pair> = couples.map(|couple| Pair::of(couple, triangles)).collect();
     let blocks: Vec<Block> = pairs.chunks(PAIRS).map(Block::new).collect();
     let faces = Faces::of(&blocks)?;
-    (faces.len() + 8 * analytic <= faces::MOST).then_some((blocks, faces))
+    // Among more than a block or two a tree is faster than they are one by one.
+    let most = if faces.are_blind() { 2 * LANES } else { faces::MOST };
+    (faces.len() + 8 * analytic <= most).then_some((blocks, faces))
 }
 
 /// No more triangles than this can be told apart.

@@ -40,6 +40,10 @@ pub(super) struct Query<'a> {
     pub height_off: f32,
 }
 
+/// How far the height of a corner over a plane may be off, relative to the sum of the corner's depth and the longest edge; see
+/// [`Block`](super::block::Block).
+const PLANE_OFF: f32 = 24.0 * UNIT_ROUNDOFF;
+
 /// Which axes follow on each.
 const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
@@ -58,7 +62,7 @@ impl<'a> Query<'a> {
         let [x, y, z] = axes;
         let inverse = d[z].recip();
         let shear = [d[x] * inverse, d[y] * inverse];
-        Query { line, axes, o: [o[x], o[y], o[z]], shear, inverse, height_off: inverse.abs() * (24.0 * UNIT_ROUNDOFF) }
+        Query { line, axes, o: [o[x], o[y], o[z]], shear, inverse, height_off: inverse.abs() * PLANE_OFF }
     }
 }
 

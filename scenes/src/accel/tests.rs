@@ -51,18 +51,19 @@ fn same(a: &Option<Hit>, b: &Option<Hit>) -> bool {
 fn a_list_and_a_tree_find_the_same_hits() {
     let mut random = Random::new(1);
     for (count, balls) in
-        [(0, 3), (0, 12), (1, 0), (5, 0), (4, 4), (8, 0), (24, 0), (24, 1), (32, 0), (16, 2), (40, 20)]
+        [(0, 3), (0, 12), (1, 0), (5, 0), (4, 4), (8, 0), (24, 0), (24, 1), (32, 0), (16, 2), (40, 20), (64, 0)]
     {
         let mut triangles = random_triangles(&mut random, count, 0.4);
-        if count == 24 {
+        let faces = if count == 64 { 32 } else { count };
+        if count == 24 || count == 64 {
             // With another that makes a parallelogram of each.
             let other = |&Triangle([a, b, c]): &Triangle| Triangle([a, c, a + (c - b)]);
-            triangles = triangles.iter().flat_map(|triangle| [*triangle, other(triangle)]).collect();
+            triangles = triangles[..faces].iter().flat_map(|triangle| [*triangle, other(triangle)]).collect();
         }
         let analytic: Vec<Analytic> = (0..balls).map(|i| random_analytic(&mut random, i)).collect();
         let list = Accel::build(&triangles, analytic.clone(), Skip::Unneeded);
         let tree = Accel::build(&triangles, analytic, Skip::Nothing);
-        assert!(list.nodes.is_empty() == (count + 8 * balls <= 32) && !tree.nodes.is_empty());
+        assert!(list.nodes.is_empty() == (faces + 8 * balls <= 32) && !tree.nodes.is_empty());
         assert_eq!(list.nodes.is_empty(), are_few(&triangles, balls));
         for i in 0..30_000 {
             let o = random.direction() * 2.0 * random.next_1d();
@@ -387,3 +388,13 @@ fn spheres_are_met_from_outside_and_inside_at_any_distance() {
 }
 
 const UNIT: f32 = crate::ray::UNIT_ROUNDOFF;
+
+#[test]
+fn a_ray_from_nowhere_meets_nothing() {
+    let balls: Vec<Analytic> = (0..5).map(|i| random_analytic(&mut Random::new(41), i)).collect();
+    for kernel in Kernel::available() {
+        let tree = Accel { kernel, ..Accel::build(&[], balls.clone(), Skip::Nothing) };
+        let ray = Ray::new(Vec3::NAN, Vec3::X);
+        assert!(tree.closest(&ray).is_none() && !tree.any(&ray));
+    }
+}

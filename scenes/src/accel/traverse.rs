@@ -45,9 +45,9 @@ impl<L: Lanes> Slabs<L> {
         let (near_x, far_x) = (self.near(proof, node, 0, x), self.far(proof, node, 0, x));
         let (near_y, far_y) = (self.near(proof, node, 1, y), self.far(proof, node, 1, y));
         let (near_z, far_z) = (self.near(proof, node, 2, z), self.far(proof, node, 2, z));
-        // In this order zero is positive.
+        // In this order zero is positive, and NaN, of a ray without an origin, is met by nothing.
         let near = near_x.max(near_y).max(near_z.max(L::splat(proof, 0.0)));
-        let far = far_x.min(far_y).min(far_z.min(L::splat(proof, t_max)));
+        let far = far_x.min(far_y).min(L::splat(proof, t_max).min(far_z));
         (near, near.at_most(far))
     }
 

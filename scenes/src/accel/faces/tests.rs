@@ -1,3 +1,4 @@
+use super::super::block::LANES;
 use super::super::lanes::Portable;
 use super::super::tests::random_triangles;
 use super::super::{Accel, Best, Hit, Kernel};
@@ -70,6 +71,10 @@ fn faces_are_met_where_their_blocks_have_them() {
         let scale = [1.0, 1e-6, 1e6, 1e-20, 1e18][round % 5];
         let mut triangles = quadrilaterals(&mut random);
         triangles.extend(random_triangles(&mut random, 8, 0.4));
+        if round % 4 == 0 {
+            // More than two blocks with a needle are put in a tree.
+            triangles.truncate(2 * LANES - 3);
+        }
         triangles.push(triangles[2]);
         triangles.push(Triangle([triangles[0].0[0]; 3]));
         if round % 4 == 0 {
@@ -136,4 +141,13 @@ fn hardly_a_ray_is_left_to_the_blocks() {
     // A ray in 2500 is nearly along the floor; some others pass near a border.
 
     assert!(left < 300, "{left}");
+}
+
+#[test]
+fn more_than_two_blocks_with_a_needle_are_a_tree() {
+    let mut triangles = random_triangles(&mut Random::new(41), 20, 0.4);
+    assert!(Accel::build(&triangles, Vec::new(), Skip::Unneeded).is_list());
+    triangles.push(Triangle([Vec3::ZERO, Vec3::X, vec3(0.5, 1e-8, 0.0)]));
+    assert!(!Accel::build(&triangles, Vec::new(), Skip::Unneeded).is_list());
+    assert!(Accel::build(&triangles[5..], Vec::new(), Skip::Unneeded).is_list());
 }
