@@ -256,7 +256,7 @@ impl Block {
         let open = inside & below.at_most(most) & least.at_most(off);
         let height_off = (deep + L::splat(proof, size)) * L::splat(proof, query.height_off);
         let Interval { outside, within } = self.interval(proof, query, [x_a, y_a, a_z], height_off, limit);
-        // Most blocks whose box a ray meets have a candidate, so that it does not pay to ask whether there is one.
+        // It does not pay to ask before whether there is a candidate: that would be guessed wrong too often.
         Candidates { inside: inside & (open | !outside), open, sure: inside & !open & within }
     }
 

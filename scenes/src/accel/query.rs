@@ -40,8 +40,8 @@ pub(super) struct Query<'a> {
     pub height_off: f32,
 }
 
-/// How far the height of a corner over a plane may be off, relative to the sum of the corner's depth and the longest edge; see
-/// [`Block`](super::block::Block).
+/// How far the height of a corner over a plane may be off, relative to the sum of the corner's depth and the longest edge;
+/// `Block::interval` says why.
 const PLANE_OFF: f32 = 24.0 * UNIT_ROUNDOFF;
 
 /// Which axes follow on each.

@@ -68,7 +68,7 @@ fn what_is_met_or_left_out_for_certain_is_so_by_f64() {
         let ray = Ray { o, d, t_max: [f32::INFINITY, far * near, far * 0.5][(i / 6 % 3) as usize] };
         let query = Query::new(&ray);
         let mut candidates = block.candidates::<Portable>((), &query, block.size(), ray.t_max * FAR);
-        let certain = candidates.sure;
+        let (certain, met) = (candidates.sure, candidates.inside);
         while let Some(candidate) = candidates.take() {
             let t = block.crossing(candidate, &query).t;
             asked += 1;
@@ -80,7 +80,6 @@ fn what_is_met_or_left_out_for_certain_is_so_by_f64() {
                 sure += 1;
             }
         }
-        let met = block.candidates::<Portable>((), &query, block.size(), ray.t_max * FAR).inside;
         for lane in (0..LANES).filter(|&lane| block.is_occupied(lane) && met >> lane & 1 == 0) {
             let t = block.crossing((lane, true), &query).t;
             assert!(!(t > 0.0 && t < f64::from(ray.t_max)), "{i}: {ray:?} {a} {b} {c} {t}");
