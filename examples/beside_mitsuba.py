@@ -11,8 +11,10 @@ one process were seen to wait for one another for ever.
 Every contender renders so many independent images as there are rounds, each of about as many seconds. Loading, compiling and writing are not counted;
 the pilots that choose neumann's composite are, and the start of its process.
 Errors are relative squared ones, (x - r)^2 / (r^2 + 0.01), by the variance between a contender's own images, so that no reference has to be better
-than they are; r is the mean of all images of unbiased methods. Efficiency is 1 / (error x seconds). "x best" is over the best of Mitsuba's, of all pixels
-and with the worst 0.1 % left out; "off" is how far the image's mean lies from r's, in the contender's own standard errors.
+than they are; r is the mean of all images of methods that carry all light. What one by design does not carry (a light tracer sees nothing in mirrors) is
+part of its error, by the square of how far its mean lies from r, less what both means err by; its error without that is told as well.
+Efficiency is 1 / (error x seconds). "x best" is over the best of Mitsuba's, of all pixels and with the worst 0.1 % left out; "x best of its own" is over
+the best by errors without what is left out; "off" is how far the image's mean lies from r's, in the contender's own standard errors.
 """
 
 import argparse
@@ -233,34 +235,49 @@ def compare(name, args, contenders_of):
                 image, took = contender.render(spp[i], seed)
                 images[i].append(image)
                 seconds[i].append(took)
-    images = [np.stack(image) for image in images]
+    rows = rows_of(name, contenders, spp, [np.stack(image) for image in images], seconds)
+    print_table(name, rows)
+    return rows
+
+
+# Of all pixels, with the worst left out, and of all pixels without the light that a method does not carry.
+EFFICIENCIES = {"efficiency": "x best", "efficiency_of_most": "x best, most", "efficiency_of_its_own": "x best of its own"}
+
+
+def rows_of(name, contenders, spp, images, seconds):
+    """What the table says of each contender."""
+    rounds = len(seconds[0])
     means, variances = [x.mean(0) for x in images], [x.var(0, ddof=1) for x in images]
     # A light tracer sees nothing in mirrors.
     whole = [i for i, contender in enumerate(contenders) if "light" not in contender.name and "ptracer" not in contender.name]
     weights = {i: 1 / variances[i].mean() for i in whole}
-    truth = sum(means[i] * weight for i, weight in weights.items()) / sum(weights.values())
+    total = sum(weights.values())
+    truth = sum(means[i] * weight for i, weight in weights.items()) / total
+    variance_of_truth = sum(variances[i] * (weight / total) ** 2 for i, weight in weights.items()) / rounds
     rows = []
     for i, contender in enumerate(contenders):
-        error = (variances[i] / (truth**2 + 0.01)).mean(-1).ravel()
-        most = np.sort(error)[: math.floor(len(error) * 0.999)]
+        left_out = 0 if i in whole else (means[i] - truth) ** 2 - variances[i] / rounds - variance_of_truth
+        errors = [(squares / (truth**2 + 0.01)).mean(-1).ravel() for squares in (variances[i] + left_out, variances[i])]
+        most = np.sort(errors[0])[: math.floor(errors[0].size * 0.999)]
         each = images[i].mean((1, 2, 3))
-        standard = math.hypot(each.std(ddof=1), truth.mean() * 1e-12) / math.sqrt(args.rounds)
+        standard = math.hypot(each.std(ddof=1), truth.mean() * 1e-12) / math.sqrt(rounds)
         took = float(np.mean(seconds[i]))
-        rows.append({
-            "scene": name, "contender": contender.name, "other": contender.is_other, "spp": spp[i], "seconds": took,
-            "efficiency": 1 / (error.mean() * took), "efficiency_of_most": 1 / (most.mean() * took),
-            "mean": float(each.mean()), "off": float((each.mean() - truth.mean()) / standard),
-        })
-    best = {key: max(row[key] for row in rows if row["other"]) for key in ("efficiency", "efficiency_of_most")}
-    print(f"{name}\n  {'':44} {'spp':>6} {'seconds':>8} {'efficiency':>11} {'x best':>7} {'x best, most':>13} {'mean':>9} {'off':>6}")
+        row = {"scene": name, "contender": contender.name, "other": contender.is_other, "spp": spp[i], "seconds": took}
+        for key, error in zip(EFFICIENCIES, (errors[0], most, errors[1])):
+            row[key] = float(1 / (error.mean() * took))
+        rows.append(row | {"mean": float(each.mean()), "off": float((each.mean() - truth.mean()) / standard)})
+    return rows
+
+
+def print_table(name, rows):
+    best = {key: max(row[key] for row in rows if row["other"]) for key in EFFICIENCIES}
+    print(f"{name}\n  {'':44} {'spp':>6} {'seconds':>8} {'efficiency':>11} {'  '.join(EFFICIENCIES.values())} {'mean':>9} {'off':>6}")
     for row in rows:
-        ratios = [row[key] / best[key] for key in best]
+        ratios = "  ".join(f"{row[key] / best[key]:{len(title)}.2f}" for key, title in EFFICIENCIES.items())
         print(
-            f"  {row['contender']:44} {row['spp']:6} {row['seconds']:8.2f} {row['efficiency']:11.3g} {ratios[0]:7.2f} {ratios[1]:13.2f} "
-            f"{row['mean']:9.5f} {row['off']:+6.1f}",
+            f"  {row['contender']:44} {row['spp']:6} {row['seconds']:8.2f} {row['efficiency']:11.3g} {ratios} {row['mean']:9.5f} {row['off']:+6.1f}",
             flush=True,
         )
-    return rows
 
 
 def arguments(doc, scenes):
