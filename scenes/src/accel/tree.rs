@@ -67,9 +67,12 @@ pub(super) fn build_in_parts(triangles: &[Triangle], accel: Accel, most: usize) 
     tree.grow(&mut order, 1);
     let mut accel = tree.accel;
     drop(order);
-    // Now that nothing else of the building is there: copies lie below what it leaves empty, which then goes back to the system.
-    accel.nodes.shrink_to_fit();
-    accel.blocks.shrink_to_fit();
+    if items.len() <= most {
+        // An allocator keeps what building took while something behind it is in use, of a tree built at once as much as the tree takes. Copies,
+        // since these are aligned to more than can be shrunk in place, lie there. Of one built in parts they would be the peak.
+        accel.nodes.shrink_to_fit();
+        accel.blocks.shrink_to_fit();
+    }
     accel.measured()
 }
 
