@@ -257,14 +257,13 @@ def rows_of(name, contenders, spp, images, seconds):
     rows = []
     for i, contender in enumerate(contenders):
         left_out = 0 if i in whole else (means[i] - truth) ** 2 - variances[i] / rounds - variance_of_truth
-        errors = [(squares / (truth**2 + 0.01)).mean(-1).ravel() for squares in (variances[i] + left_out, variances[i])]
-        most = np.sort(errors[0])[: math.floor(errors[0].size * 0.999)]
+        error, of_its_own = ((squares / (truth**2 + 0.01)).mean(-1).ravel() for squares in (variances[i] + left_out, variances[i]))
+        most = np.sort(error)[: math.floor(len(error) * 0.999)]
         each = images[i].mean((1, 2, 3))
         standard = math.hypot(each.std(ddof=1), truth.mean() * 1e-12) / math.sqrt(rounds)
         took = float(np.mean(seconds[i]))
         row = {"scene": name, "contender": contender.name, "other": contender.is_other, "spp": spp[i], "seconds": took}
-        for key, error in zip(EFFICIENCIES, (errors[0], most, errors[1])):
-            row[key] = float(1 / (error.mean() * took))
+        row |= {key: float(1 / (pixels.mean() * took)) for key, pixels in zip(EFFICIENCIES, (error, most, of_its_own))}
         rows.append(row | {"mean": float(each.mean()), "off": float((each.mean() - truth.mean()) / standard)})
     return rows
 
