@@ -1,8 +1,10 @@
 //! Do methods agree? Welch's t-test for every pair of methods, order by order, on blocks of pixels and on the whole image.
 //!
 //! Two families of tests are made in every scene: one on the means of the image, and one on the means of blocks of pixels in
-//! each channel, which find what cancels over the image. In each family the false discovery rate is controlled at
-//! [`DISCOVERY_RATE`] [Benjamini & Hochberg 1995]; where all methods agree, that is the probability of any false alarm in a family.
+//! each channel, which find what cancels over the image. Of the blocks of a pair and order it is asked first whether any differs [Simes 1986]. So in
+//! each family there is one p-value for every pair and order, and the part of false ones among those that are named is controlled at
+//! [`DISCOVERY_RATE`] [Benjamini & Hochberg 1995]; where all methods agree, that is the probability of any false alarm in a family. (Were all blocks
+//! of all pairs one family, the thousands that differ by one wrong method would let blocks of every other pair pass.)
 //! Light that a method cannot carry is no disagreement: where one of a pair loses some path class of the order, the pair is
 //! marked [`Verdict::Incomparable`] and takes no part; nor do pairs of which one is biased, [`Verdict::Biased`]. Their means stand beside
 //! those of the others. Where one of a pair found no light at all and the other did, nothing is decided, and the pair takes no part either: what it
@@ -41,16 +43,16 @@ pub fn compare(results: &[&MethodResult]) -> Vec<AgreementRow> {
     }
     let judged: Vec<usize> = (0..comparisons.len()).filter(|&i| comparisons[i].apart.is_none()).collect();
     let image_p: Vec<f64> = judged.iter().map(|&i| comparisons[i].image.p).collect();
-    let block_p: Vec<f64> = judged.iter().flat_map(|&i| comparisons[i].blocks.iter().map(|test| test.p)).collect();
-    let (image_adjusted, block_adjusted) = (benjamini_hochberg(&image_p), benjamini_hochberg(&block_p));
+    let blocks: Vec<Vec<f64>> = judged.iter().map(|&i| comparisons[i].blocks_adjusted()).collect();
+    // The least of p-values that are adjusted for their number is that of whether any differs.
+    let blocks_p: Vec<f64> = blocks.iter().map(|adjusted| adjusted.iter().copied().fold(1.0, f64::min)).collect();
+    let (image_adjusted, blocks_adjusted) = (benjamini_hochberg(&image_p), benjamini_hochberg(&blocks_p));
 
     let level = DISCOVERY_RATE / judged.len().max(1) as f64;
-    let mut adjusted_blocks = block_adjusted.as_slice();
     let mut rows: Vec<AgreementRow> = comparisons.iter().map(|c| c.row(level)).collect();
-    for (&i, image_adjusted) in judged.iter().zip(image_adjusted) {
-        let (mine, rest) = adjusted_blocks.split_at(comparisons[i].blocks.len());
-        adjusted_blocks = rest;
-        comparisons[i].judge(&mut rows[i], level, image_adjusted, mine);
+    for (n, &i) in judged.iter().enumerate() {
+        let adjusted = Adjusted { image: image_adjusted[n], any_block: blocks_adjusted[n], blocks: &blocks[n] };
+        comparisons[i].judge(&mut rows[i], level, &adjusted);
     }
     rows
 }
@@ -64,6 +66,16 @@ fn common_layers<'a>(a: &'a MethodResult, b: &'a MethodResult) -> impl Iterator<
     let known = a.measurement.replicates >= 2 && b.measurement.replicates >= 2;
     let layers = a.measurement.layers.iter().copied();
     layers.filter(move |layer| known && b.measurement.layers.contains(layer))
+}
+
+/// p-values of a pair in a layer, adjusted for the number of tests.
+struct Adjusted<'a> {
+    /// Of the image mean, among all pairs and layers.
+    image: f64,
+    /// Of whether any block differs, among all pairs and layers.
+    any_block: f64,
+    /// Of each block, among those of this pair and layer.
+    blocks: &'a [f64],
 }
 
 /// One pair in one layer.
@@ -176,11 +188,18 @@ impl<'a> Comparison<'a> {
         of(&self.a).max(of(&self.b))
     }
 
-    fn judge(&self, row: &mut AgreementRow, level: f64, image_adjusted: f64, blocks_adjusted: &[f64]) {
-        row.rejected = blocks_adjusted.iter().filter(|&&p| p <= DISCOVERY_RATE).count();
-        row.smallest_adjusted_p = blocks_adjusted.iter().copied().fold(1.0, f64::min);
+    /// The blocks' p-values, adjusted for the number of blocks.
+    fn blocks_adjusted(&self) -> Vec<f64> {
+        benjamini_hochberg(&self.blocks.iter().map(|test| test.p).collect::<Vec<_>>())
+    }
+
+    fn judge(&self, row: &mut AgreementRow, level: f64, adjusted: &Adjusted) {
+        if adjusted.any_block <= DISCOVERY_RATE {
+            row.rejected = adjusted.blocks.iter().filter(|&&p| p <= DISCOVERY_RATE).count();
+        }
+        row.smallest_adjusted_p = adjusted.any_block;
         row.verdict = match () {
-            () if row.rejected > 0 || image_adjusted <= DISCOVERY_RATE => Verdict::Differ,
+            () if row.rejected > 0 || adjusted.image <= DISCOVERY_RATE => Verdict::Differ,
             () if self.image.exact && self.blocks.iter().all(|test| test.exact) => Verdict::Equal,
             () if self.is_open() || self.unraised_p < level => Verdict::Inconclusive,
             () => Verdict::Agree,

@@ -311,9 +311,9 @@ pub struct AgreementRow {
     pub p: f64,
     /// Pixel blocks tested, times three channels.
     pub blocks: usize,
-    /// Of these, how many differ at the false discovery rate.
+    /// Of these, how many differ at the false discovery rate; none unless it is found that any does.
     pub rejected: usize,
-    /// The smallest p-value of the blocks, adjusted for the number of all tests of the scene (Benjamini–Hochberg).
+    /// The p-value of whether any block differs (Simes), adjusted for the number of all pairs and layers of the scene (Benjamini–Hochberg).
     pub smallest_adjusted_p: f64,
     /// The bias of the image mean, relative to it, that this test finds with a probability of 90 %; infinite for an empty order.
     pub detectable_bias: f64,

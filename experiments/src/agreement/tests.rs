@@ -122,6 +122,31 @@ fn a_bias_is_found_over_the_image_and_in_a_part_of_it() {
     assert!(locally.rejected > 0, "{locally:?}");
 }
 
+/// Two methods of seven are dimmed alike in all blocks, so that ten pairs differ, and eleven do not. A hundredth of the pairs and orders that are
+/// named may be named by chance, in either family: one in five looks, more than 5 with a probability of 8·10⁻⁴.
+#[test]
+fn what_differs_in_many_blocks_lets_no_others_pass_for_it() {
+    let methods = Methods::standard().with::<Dimmed>("dimmed", "path, dimmed");
+    let options = scenes::LoadOptions { size: Some((96, 96)), ..Default::default() };
+    let scene = scenes::load("cornell_box", &options).unwrap();
+    let method = |name: &str, settings: serde_json::Value| methods.build(name, &settings).unwrap();
+    let (path, dimmed) = (method("path", json!({})), method("dimmed", json!({"factor": 0.5, "columns": 96})));
+    let (mut named, mut by_chance) = (0, 0);
+    for look in 0..5 {
+        let results = [&path, &path, &path, &path, &path, &dimmed, &dimmed];
+        let results = results
+            .into_iter()
+            .zip(7 * look..)
+            .map(|(method, seed)| result(&scene, &**method, method.name(), 1, seed, (16, 4)));
+        for row in compare(&results.collect::<Vec<_>>().iter().collect::<Vec<_>>()) {
+            let differ = usize::from(row.verdict == Verdict::Differ);
+            *(if row.a == row.b { &mut by_chance } else { &mut named }) += differ;
+        }
+    }
+    println!("{named} of 100 that differ are named, and {by_chance} of 110 that do not");
+    assert!(named == 100 && by_chance <= 5, "{named} {by_chance}");
+}
+
 /// A lamp whose edges reach some blocks by the filter's negative lobes alone: their means are below zero, and rest on few contributions.
 /// Each look fails with a probability of at most 2 % (two families), and four or more of 20 with one of 6·10⁻⁴.
 #[test]
