@@ -61,22 +61,16 @@ pub(crate) fn apportion(weights: &[f64]) -> Result<Vec<u32>, DistributionError> 
     let total: f64 = weights.iter().map(|w| w / largest).sum();
     let positive = weights.iter().filter(|w| **w > 0.0).count() as u32;
     let shared = f64::from(GRID - positive);
-    // One for each positive weight; of the rest, cumulative sums are rounded, so that the whole is exact.
+    // One for each positive weight; of the rest, cumulative sums are rounded, the last of which is the total: so the whole is exact.
     let (mut cumulative, mut given) = (0.0, 0_u32);
-    let mut counts: Vec<u32> = weights
-        .iter()
-        .map(|w| {
-            cumulative += w / largest;
-            let upto = (cumulative / total * shared).round().min(shared) as u32;
-            let count = upto - given;
-            given = upto;
-            if *w > 0.0 { count + 1 } else { count }
-        })
-        .collect();
-    // The rounding of the sums may leave a few numbers unassigned: they go to the largest.
-    let at_largest = weights.iter().position(|w| *w == largest).unwrap_or(0);
-    counts[at_largest] += GRID - positive - given;
-    Ok(counts)
+    let count = |w: &f64| {
+        cumulative += w / largest;
+        let upto = (cumulative / total * shared).round() as u32;
+        let count = upto - given;
+        given = upto;
+        if *w > 0.0 { count + 1 } else { count }
+    };
+    Ok(weights.iter().map(count).collect())
 }
 
 /// A piecewise-constant density on [0, 1), `n` pieces of equal width.
@@ -249,6 +243,35 @@ mod tests {
         let bad = Piecewise2D::new(&[1.0, 1.0, 1.0, f64::INFINITY], 2, 2).expect_err("infinite");
         assert_eq!(bad, DistributionError::BadWeight { index: 3, value: f64::INFINITY });
         assert!(matches!(Piecewise2D::new(&[1.0; 5], 2, 2), Err(DistributionError::BadShape { .. })));
+    }
+
+    #[test]
+    fn more_weights_than_half_the_random_numbers_are_too_many() {
+        let count = (GRID / 2) as usize + 1;
+        assert_eq!(apportion(&vec![1.0; count]), Err(DistributionError::TooMany(count)));
+    }
+
+    /// The first piece has a quarter of the numbers.
+    #[test]
+    fn a_piece_is_sampled_from_one_end_to_the_other() {
+        let d = Piecewise1D::new(&[1.0, 3.0]).expect("good weights");
+        for (u, piece, place) in [(0.0, 0, 0.0), (0.125, 0, 0.5), (0.2, 0, 0.8), (0.4375, 1, 0.25), (0.625, 1, 0.5)] {
+            let (x, pdf, found) = d.sample(u);
+            assert!((x - (piece as f32 + place) / 2.0).abs() < 1e-6 && found == piece, "{u}: {x} of {found}");
+            assert_eq!(pdf, d.pdf(x), "{u}");
+            let (found, within) = d.sample_piece(u);
+            assert!(found == piece && within > 0.0 && (within - place).abs() < 1e-6, "{u}: {within} of {found}");
+        }
+    }
+
+    /// In single precision the largest number below one times the number of pieces may be that number.
+    #[test]
+    fn the_last_piece_ends_where_the_line_does() {
+        for pieces in 1..40 {
+            let weights: Vec<f64> = (1..=pieces).map(f64::from).collect();
+            let d = Piecewise1D::new(&weights).expect("good weights");
+            assert_eq!(d.pdf(1.0_f32.next_down()), d.density_of(weights.len() - 1), "{pieces}");
+        }
     }
 
     #[test]

@@ -58,7 +58,7 @@ mod tests {
     #[test]
     fn the_geometry_term_is_symmetric_at_every_scale() {
         for scale in [1e-6, 1.0, 1e6] {
-            let (a, b) = (vec3(0.0, 0.0, 0.0) * scale, vec3(1.0, 2.0, 2.0) * scale);
+            let (a, b) = (vec3(1.0, 1.0, 1.0) * scale, vec3(2.0, 3.0, 3.0) * scale);
             let (na, nb) = (Vec3::Z, vec3(0.0, -1.0, 0.0));
             let expected = (2.0 / 3.0) * (2.0 / 3.0) / (9.0 * scale * scale);
             assert!((geometry_term(a, na, b, nb) / expected - 1.0).abs() < 1e-5);

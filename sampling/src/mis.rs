@@ -172,6 +172,17 @@ mod tests {
         assert_eq!(Heuristic::Maximum.weight2(3.0, 1.0), 1.0);
     }
 
+    /// Of rivals 3 and 2 that another technique has ten times, the larger one's density is what counts.
+    #[test]
+    fn the_larger_of_two_sets_of_rivals_decides_in_the_maximum() {
+        let h = Heuristic::Maximum;
+        let [three, two] = [3.0, 2.0].map(|ratio| h.join(Rivals::NONE, ratio));
+        for both in [h.merge(three, two), h.merge(two, three)] {
+            assert_eq!((both.value, both.ties), (3.0, 1.0));
+            assert_eq!(h.weight(h.relative(both, 0.1)), 1.0);
+        }
+    }
+
     #[test]
     fn names_read_back() {
         for &h in Heuristic::ALL {

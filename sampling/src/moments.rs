@@ -216,7 +216,7 @@ mod tests {
         let columns = [&a, &b, &c];
         let mut parts = [CovarianceMoments::new(3), CovarianceMoments::new(3), CovarianceMoments::new(3)];
         for row in 0..900 {
-            parts[row * row % 3].push(&[a[row], b[row], c[row]]);
+            parts[row % 3].push(&[a[row], b[row], c[row]]);
         }
         let mut merged = CovarianceMoments::new(3);
         parts.iter().for_each(|part| merged.merge(part));

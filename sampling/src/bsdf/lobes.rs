@@ -92,6 +92,8 @@ mod tests {
             assert_eq!(a | b, Lobes::ALL);
             assert_eq!(a & b, Lobes::NONE);
         }
+        assert_eq!(Lobes::DELTA | Lobes::DELTA_REFLECTION, Lobes::DELTA);
+        assert_eq!(Lobes::DELTA & Lobes::REFLECTION, Lobes::DELTA_REFLECTION);
         assert!(Lobes::DELTA.is_delta() && Lobes::DELTA_REFLECTION.is_delta());
         assert!(!Lobes::ALL.is_delta() && !Lobes::NONE.is_delta());
         assert!(Lobes::REFLECTION.contains(Lobes::GLOSSY_REFLECTION));

@@ -327,6 +327,26 @@ mod tests {
         assert!(glaring.contains("reflects 3.1"), "{glaring}");
     }
 
+    /// Bins are known at their centres; on a line what lies beyond the last ones is as they are, on a circle the last is next to the first.
+    #[test]
+    fn places_lie_between_the_centres_of_bins() {
+        const BINS: usize = 8;
+        let centre = |i: usize, part: f32| (i as f32 + 0.5 + part) / BINS as f32;
+        for part in [0.0, 0.25, 0.5, 0.75] {
+            for i in 0..BINS - 1 {
+                assert_eq!(between(centre(i, part), BINS), ([i, i + 1], part));
+                assert_eq!(between_around(centre(i, part), BINS), ([i, i + 1], part));
+            }
+        }
+        for (place, share) in [(centre(7, 0.0), 0.0), (centre(7, 0.25), 0.25), (0.0, 0.5), (centre(0, -0.25), 0.75)] {
+            assert_eq!(between_around(place, BINS), ([7, 0], share), "{place}");
+        }
+        for place in [centre(7, 0.0), centre(7, 0.25), 1.0] {
+            assert_eq!(between(place, BINS), ([6, 7], 1.0), "{place}");
+        }
+        assert_eq!(between(0.0, BINS), ([0, 1], 0.0));
+    }
+
     #[test]
     fn a_table_is_what_it_was_made_from() {
         let metal = RoughConductor::from_reflectance(Spectrum::new(0.9, 0.6, 0.3), 0.4, 0.4);

@@ -299,6 +299,13 @@ mod tests {
     }
 
     #[test]
+    fn tables_of_other_tails_are_others() {
+        let of_gamma =
+            |gamma| MissingEnergy::of_mirrors(&ShiftedGamma::new(0.3, 0.3, gamma).into(), Masking::default());
+        assert_ne!(of_gamma(0.5).average(), of_gamma(2.0).average());
+    }
+
+    #[test]
     fn the_lobe_is_normalised_and_sampled_by_its_density() {
         for alpha in [0.01, 0.1, 1.0] {
             let table = MissingEnergy::of_mirrors(&Ggx::new(alpha, alpha).into(), Masking::default());

@@ -336,6 +336,19 @@ mod tests {
         let drawn_out = from(&[("alpha_x", number(0.3)), ("alpha_y", number(1e-8))]).expect("a model");
         let Bsdf::RoughConductor(drawn_out) = drawn_out else { panic!("{drawn_out:?}") };
         assert_eq!(drawn_out.facets.alphas(), glam::vec2(0.3, Ggx::MIN_ALPHA));
+        let Ok(Bsdf::RoughConductor(rough)) = from(&[("roughness", number(0.5))]) else { panic!("a rough conductor") };
+        assert_eq!(rough.facets.alphas(), glam::vec2(0.25, 0.25));
+        let kind = |facets: &Microfacets| match facets {
+            Microfacets::Ggx(_) => 0,
+            Microfacets::Beckmann(_) => 1,
+            Microfacets::ShiftedGamma(_) => 2,
+        };
+        let maskings = [Masking::Correlated, Masking::Separable, Masking::CorrelatedThroughout];
+        for (choice, masking) in maskings.into_iter().enumerate() {
+            let of_words = from(&[("distribution", word(choice)), ("masking", word(choice))]);
+            let Ok(Bsdf::RoughConductor(chosen)) = of_words else { panic!("a rough conductor") };
+            assert_eq!((kind(&chosen.facets), chosen.masking), (choice, masking));
+        }
         assert_eq!(from(&[("metal", word(0)), alpha_x, alpha_y]).expect("a model").name(), "rough_conductor");
         assert_eq!(
             from(&[("distribution", word(2)), ("gamma", number(0.5))]).expect("a model").name(),

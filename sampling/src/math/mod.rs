@@ -31,7 +31,9 @@ mod tests {
     fn sides_are_told_apart_where_products_underflow() {
         let grazing = vec3(1.0, 0.0, 1e-30);
         assert!(same_hemisphere(grazing, grazing));
-        assert!(!same_hemisphere(grazing, -grazing));
+        assert!(same_hemisphere(-grazing, -grazing));
+        assert!(!same_hemisphere(grazing, -grazing) && !same_hemisphere(-grazing, grazing));
+        assert!(!same_hemisphere(Vec3::X, -grazing) && !same_hemisphere(-grazing, Vec3::X));
         assert!(!same_hemisphere(Vec3::X, Vec3::X));
     }
 

@@ -108,14 +108,26 @@ mod tests {
         for (dimension, base) in [(0, 2_u32), (1, 3), (4, 11), (30, 127), (511, 3671)] {
             for seed in 1..20 {
                 let n = if base < 20 { base * base } else { base };
-                let mut seen = vec![false; n as usize];
-                for index in 2 * n..3 * n {
-                    let u = coordinate(index, dimension, seed);
-                    // The middle of the finest interval, so that rounding leaves it where it is.
-                    let cell = ((u64::from(u) + 32) * u64::from(n)) >> 32;
-                    assert!(!std::mem::replace(&mut seen[cell as usize], true), "base {base}, seed {seed}, {index}");
+                for first in [2, (1_u32 << 31) / n] {
+                    let mut seen = vec![false; n as usize];
+                    for index in first * n..(first + 1) * n {
+                        let u = coordinate(index, dimension, seed);
+                        // The middle of the finest interval, so that rounding leaves it where it is.
+                        let cell = ((u64::from(u) + 32) * u64::from(n)) >> 32;
+                        assert!(
+                            !std::mem::replace(&mut seen[cell as usize], true),
+                            "base {base}, seed {seed}, {index}"
+                        );
+                    }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn places_on_the_camera_have_dimensions_from_every_vertex() {
+        for subpath in [Subpath::Camera, Subpath::Light] {
+            assert!((0..5).all(|vertex| dimension(subpath, vertex, Purpose::NextCamera).is_some()));
         }
     }
 

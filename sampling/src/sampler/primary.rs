@@ -198,6 +198,33 @@ mod tests {
         assert_eq!(look(&mut independent, &[0, 5, 2]), look(&mut chain, &[0, 5, 2]));
     }
 
+    /// Numbers that are kept at one address are those of no other.
+    #[test]
+    fn every_address_keeps_its_own_numbers() {
+        let step = 1e-6;
+        let mut chain = Sampler::of_chain(StreamKey::new(3, "chain", Role::Estimate, 0), step);
+        let looked = |chain: &mut Sampler| -> Vec<Vec2> {
+            let vertices = [Subpath::Camera, Subpath::Light].into_iter().flat_map(|s| (0..4).map(move |v| (s, v)));
+            let mut numbers = Vec::new();
+            for (subpath, vertex) in vertices {
+                chain.start_vertex(subpath, vertex);
+                numbers.extend(crate::sampler::tests::PURPOSES.map(|purpose| chain.get_2d(purpose)));
+            }
+            numbers
+        };
+        chain.start_sample(0, 0);
+        let fresh = looked(&mut chain);
+        chain.accept();
+        for number in 1..4 {
+            chain.start_near(0, number);
+            for (near, fresh) in looked(&mut chain).into_iter().zip(&fresh) {
+                let way = near - *fresh;
+                assert!((way - way.round()).abs().max_element() < 4.0 * step, "{near} after {fresh}");
+            }
+            chain.accept();
+        }
+    }
+
     /// 4096 numbers after 50 small steps, in 16 cells: χ² beyond 6 standard deviations has probability 10⁻⁷ by chance, and so have the
     /// other two beyond 5.
     #[test]

@@ -273,6 +273,39 @@ mod tests {
         assert_eq!(eighths(4), [1, 5, 3, 1, 1, 3, 5, 5]);
     }
 
+    /// Coordinates are scrambled by the upper half of a seed, and the order of points is chosen by the lower.
+    #[test]
+    fn every_bit_of_a_seed_counts() {
+        let seed = 0x1234_5678_9abc_def0;
+        for bit in 0..64 {
+            let other = seed ^ 1 << bit;
+            let differs = |number: &dyn Fn(u32, u64) -> u32| (0..64).any(|i| number(i, seed) != number(i, other));
+            let (x, y) = (|i, seed| point(i, seed)[0], |i, seed| point(i, seed)[1]);
+            assert!(differs(&x) && differs(&y) && differs(&point_1d), "bit {bit}");
+        }
+    }
+
+    #[test]
+    fn bits_are_spread_one_by_one() {
+        for x in (0..32).map(|bit| 1 << bit).chain([0, u32::MAX, 0xdead_beef]) {
+            let expected = (0..32).fold(0, |sum, bit| sum | u64::from(x >> bit & 1) << (2 * bit));
+            assert_eq!(spread(x), expected, "{x:x}");
+        }
+    }
+
+    /// Where a direction leads, an emitter is sampled by numbers of the same sequence.
+    #[test]
+    fn emitters_are_sampled_with_the_direction_that_led_there() {
+        use Purpose::*;
+        let group = |vertex, purpose| dimension(Subpath::Camera, vertex, purpose).map(|(group, _)| group);
+        for vertex in 2..9 {
+            let before = group(vertex - 1, Direction);
+            assert!(before.is_some() && before == group(vertex, NextPosition) && before == group(vertex, NextEmitter));
+            assert_ne!(before, group(vertex, Direction), "{vertex}");
+        }
+        assert_eq!([0, 1].map(|vertex| group(vertex, if vertex == 0 { Film } else { Lobe })), [Some(1); 2]);
+    }
+
     /// Every dimension is spread evenly, and so are any two and, where a place on the film meets what happens there, any five: a block
     /// of 2ᵏ points has 2ᵗ in each interval of volume 2ᵗ⁻ᵏ, with a small t that is part of the choice of polynomials.
     #[test]

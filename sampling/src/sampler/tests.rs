@@ -1,7 +1,7 @@
 use super::strata::in_cell;
 use super::*;
 
-const PURPOSES: [Purpose; 20] = [
+pub(super) const PURPOSES: [Purpose; 20] = [
     Purpose::Film,
     Purpose::Lens,
     Purpose::EmitterChoice,
@@ -220,6 +220,26 @@ fn sobols_points_are_nets_in_a_pixel_and_of_light_walks_in_the_image() {
     assert!(!is_net(&points(SamplerKind::Stratified, Subpath::Camera, 5..6, Purpose::Direction)));
 }
 
+/// Further rounds are sequences of their own: of light walks through the image, and of pixels where the screen's sequence ends.
+#[test]
+fn further_rounds_repeat_no_numbers() {
+    let number = |kind, subpath, sample| {
+        let mut s = Sampler::new(kind, key(), 16, (8, 8));
+        s.start_sample(3, sample);
+        s.start_vertex(subpath, 3);
+        s.get_2d(Purpose::Direction)
+    };
+    use {SamplerKind::*, Subpath::*};
+    for sample in 0..16 {
+        for kind in [Sobol, Zsobol] {
+            let rounds = [0, 16, 32].map(|first| number(kind, Light, first + sample));
+            assert!(rounds[0] != rounds[1] && rounds[1] != rounds[2] && rounds[0] != rounds[2], "{kind} {sample}");
+        }
+        assert_ne!(number(Zsobol, Camera, sample), number(Sobol, Camera, sample), "{sample}");
+        assert_eq!(number(Zsobol, Camera, 16 + sample), number(Sobol, Camera, 16 + sample), "{sample}");
+    }
+}
+
 /// The place on the film and the choice of an emitter, as next-event estimation in a pixel needs them, are spread together.
 #[test]
 fn sobols_points_are_spread_over_film_and_emitters_together() {
@@ -321,7 +341,7 @@ fn strata_are_paired_by_chance_across_addresses_and_uniform_over_pixels() {
 
 #[test]
 fn permutations_are_permutations() {
-    for length in [1, 2, 3, 5, 8, 100, 257] {
+    for length in [1, 2, 3, 5, 8, 100, 257, 5000, 70_000] {
         for seed in [0, 1, 0xdead_beef, u32::MAX] {
             let mut seen = vec![false; length as usize];
             (0..length).for_each(|i| seen[permute(i, length, seed) as usize] = true);

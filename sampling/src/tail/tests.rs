@@ -56,6 +56,17 @@ fn moments_are_those_of_the_values() {
     assert_eq!(tail.second_moment_of_top(1e-4), None);
 }
 
+/// Of a bin of values uniform in [1, 5/4) the upper half has a mean square of (1.25³ − 1.125³)/0.375.
+#[test]
+fn the_top_of_a_bin_is_near_that_of_uniform_values() {
+    let square = (1.25_f64.powi(3) - 1.0) / 0.75;
+    let bin = Bin { count: 1000, square: 1000.0 * square };
+    let top = bin.mean_square_of_top(index(1.0), 0.5);
+    let exact = (1.25_f64.powi(3) - 1.125_f64.powi(3)) / 0.375;
+    assert!((top / exact - 1.0).abs() < 0.005, "{top}, {exact}");
+    assert!((bin.mean_square_of_top(index(1.0), 1.0) - square).abs() < 1e-12);
+}
+
 #[test]
 fn nothing_and_constants_have_no_tail() {
     let mut tail = Tail::default();
