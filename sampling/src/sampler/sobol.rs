@@ -303,7 +303,7 @@ mod tests {
             assert!(before.is_some() && before == group(vertex, NextPosition) && before == group(vertex, NextEmitter));
             assert_ne!(before, group(vertex, Direction), "{vertex}");
         }
-        assert_eq!([0, 1].map(|vertex| group(vertex, if vertex == 0 { Film } else { Lobe })), [Some(1); 2]);
+        assert_eq!((group(0, Film), group(1, Lobe)), (Some(1), Some(1)));
     }
 
     /// Every dimension is spread evenly, and so are any two and, where a place on the film meets what happens there, any five: a block
