@@ -1,7 +1,7 @@
 //! Scattering models in the local frame, one file a model.
 //!
 //! To add one: write its file with an `impl BsdfModel`, declare the file as a module here, and put its name into the
-//! `models!` list below. Scene files, the program, the help and the laws (`tests/bsdf_laws.rs`) read that list, and the
+//! `models!` list below. Scene files, the program, the help and the laws (`laws.rs`, `tests/bsdf_laws.rs`) read that list, and the
 //! model's own list of parameters.
 //!
 //! Models that reflect are two-sided: they scatter from `wo` to `wi` where both are on one side, whichever it is.
@@ -26,6 +26,8 @@ mod grooves;
 mod half;
 mod lafortune;
 mod lambert;
+#[cfg(test)]
+mod laws;
 mod lobes;
 mod masking;
 mod merl;
@@ -249,6 +251,15 @@ macro_rules! models {
             pub fn fixed(&self) -> &'static [&'static str] {
                 match self { $(Self::$model(model) => model.fixed(),)* }
             }
+        }
+
+        #[cfg(test)]
+        #[expect(non_snake_case, reason = "the names of the models")]
+        mod laws_hold_for {
+            $(#[test]
+            fn $model() {
+                super::laws::hold_for::<super::$model>();
+            })*
         }
     };
 }
