@@ -13,7 +13,7 @@ use crate::support;
 pub use delta::delta_lobes;
 use delta::distinct_delta_lobes;
 use quadrature::Cells;
-use sampling::bsdf::{Bsdf, BsdfSample, Ggx, Lobes, TransportMode};
+use sampling::bsdf::{Bsdf, BsdfSample, Ggx, Lobes, ModelEntry, TransportMode};
 use sampling::sampler::{Purpose, Role, Sampler, SamplerKind, StreamKey};
 use sampling::warp::{cosine_hemisphere, uniform_sphere};
 use sampling::{Spectrum, Vec2, Vec3, vec2, vec3};
@@ -32,8 +32,9 @@ const KINDS: [Lobes; 6] = [
 /// The examples of all models; of one alone if `NEUMANN_BSDF` names it, for those who work on that one.
 pub fn listed() -> Vec<(&'static str, Bsdf)> {
     let only = std::env::var("NEUMANN_BSDF").ok();
-    let mut all = Bsdf::all_examples();
-    all.retain(|(name, _)| only.as_ref().is_none_or(|only| only == name));
+    let wanted = |entry: &&ModelEntry| only.as_ref().is_none_or(|only| only == entry.name);
+    let named = |entry: &'static ModelEntry| (entry.examples)().into_iter().map(move |model| (entry.name, model));
+    let all: Vec<_> = Bsdf::MODELS.iter().filter(wanted).flat_map(named).collect();
     assert!(!all.is_empty(), "no model is called {}", only.unwrap_or_default());
     all
 }

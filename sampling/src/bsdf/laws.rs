@@ -112,7 +112,8 @@ fn a_sample_is_what_it_says(case: &Case, sample: &BsdfSample, mode: TransportMod
     let passes = wi.z * wo.z < 0.0;
     assert!(wi.z != 0.0 && Lobes::TRANSMISSION.contains(lobe) == passes && (passes || eta == 1.0), "{what}");
     if lobe.is_delta() {
-        assert!(pdf <= 1.0, "{what}");
+        // Reflection and Snell's law: what lies along the surface turns about the normal and is divided by the index.
+        assert!(pdf <= 1.0 && (wi.truncate() * eta + wo.truncate()).length() < 1e-6, "{what}");
         return;
     }
     let (f, density) = model.eval_pdf(*wo, wi, mode);
@@ -245,8 +246,12 @@ pub(super) fn hold_for<M: BsdfModel>()
 where
     Bsdf: From<M>,
 {
-    for model in M::examples().into_iter().map(Bsdf::from) {
+    let examples = M::examples();
+    assert!(!examples.is_empty(), "{}", M::NAME);
+    for model in examples.into_iter().map(Bsdf::from) {
         assert!(!model.lobes().is_empty() && model.survival() > 0.0 && model.survival() <= 1.0, "{model:?}");
+        let scatters = views().into_iter().any(|wo| Case { model, wo }.some(24).count() > 0);
+        assert!(scatters, "nothing is sampled: {model:?}");
         anisotropy_is_what_turning_shows(&model);
         for wo in views() {
             let case = Case { model, wo };

@@ -176,3 +176,39 @@ fn linear_densities_have_their_shares() {
         }
     }
 }
+
+#[test]
+fn turns_lead_back() {
+    for i in 0..4096 {
+        let u = i as f32 / 4096.0;
+        let (sin, cos) = sin_cos_turns(u);
+        let back = turns(sin, cos);
+        assert!((0.0..1.0).contains(&back), "{back} for {u}");
+        let off = (back - u).abs();
+        assert!(off.min(1.0 - off) < 2e-7, "{back} for {u}");
+    }
+    // Just below the whole is not the whole.
+    assert!(turns(-1e-30, 1.0) < 1.0 && turns(-1e-30, 1.0) > 0.999);
+    assert_eq!((turns(0.0, 1.0), turns(1.0, 0.0), turns(0.0, -1.0), turns(-1.0, 0.0)), (0.0, 0.25, 0.5, 0.75));
+}
+
+#[test]
+fn parts_are_chosen_by_their_sizes_and_numbers_shared_out() {
+    // Sizes 1, 0, 2 and 5 of 8: the second is never chosen, and within a part the number left runs from 0 to 1.
+    let cumulative = [1.0, 1.0, 3.0, 8.0];
+    for i in 0..8000 {
+        let u = (i as f32 + 0.5) / 8000.0;
+        let (index, rest) = choose(&cumulative, u);
+        let (expected, from, size) = if i < 1000 {
+            (0, 0.0, 1.0)
+        } else if i < 3000 {
+            (2, 1.0, 2.0)
+        } else {
+            (3, 3.0, 5.0)
+        };
+        assert_eq!(index, expected, "{u}");
+        assert!((rest - (8.0 * u - from) / size).abs() < 1e-5 && rest < 1.0, "{rest} for {u}");
+    }
+    assert_eq!(choose(&[2.0], 0.25), (0, 0.25));
+    assert_eq!((choose(&cumulative, 0.0), choose(&cumulative, 0.125)), ((0, 0.0), (2, 0.0)));
+}
