@@ -5,6 +5,7 @@
 
 mod cells;
 mod formulas;
+mod principled;
 
 use super::{Bsdf, BsdfModel, BsdfSample, Lobes, TransportMode};
 use crate::math::Spectrum;

@@ -21,18 +21,18 @@ fn colour(first: f32) -> Spectrum {
 }
 
 /// Directions above the surface.
-fn above() -> Vec<Vec3> {
+pub fn above() -> Vec<Vec3> {
     [(1.0, 0.0), (0.95, 0.3), (0.8, 2.0), (0.6, 4.0), (0.4, 5.5), (0.25, 1.1), (0.1, 3.3)]
         .map(|(cos, phi)| direction(cos, phi))
         .to_vec()
 }
 
-fn half(o: DVec3, i: DVec3) -> DVec3 {
+pub fn half(o: DVec3, i: DVec3) -> DVec3 {
     (o + i).normalize()
 }
 
 /// Fresnel's equations of a dielectric by Snell's law.
-fn dielectric(cos: f64, eta: f64) -> f64 {
+pub fn dielectric(cos: f64, eta: f64) -> f64 {
     let sin2 = (1.0 - cos * cos) / (eta * eta);
     if sin2 >= 1.0 {
         return 1.0;
@@ -47,17 +47,17 @@ fn metal(cos: f64, eta: Spectrum, k: Spectrum) -> f64 {
     f64::from(fresnel_conductor(cos as f32, eta, k).to_array()[0])
 }
 
-fn schlick(f0: f64, cos: f64) -> f64 {
+pub fn schlick(f0: f64, cos: f64) -> f64 {
     f0 + (1.0 - f0) * (1.0 - cos).powi(5)
 }
 
 /// Trowbridge and Reitz's D with two roughnesses [Burley12, (13)].
-fn ggx_d(ax: f64, ay: f64, m: DVec3) -> f64 {
+pub fn ggx_d(ax: f64, ay: f64, m: DVec3) -> f64 {
     1.0 / (PI * ax * ay * ((m.x / ax).powi(2) + (m.y / ay).powi(2) + m.z * m.z).powi(2))
 }
 
 /// Smith's Λ of it [Heitz14, (86)].
-fn ggx_lambda(ax: f64, ay: f64, w: DVec3) -> f64 {
+pub fn ggx_lambda(ax: f64, ay: f64, w: DVec3) -> f64 {
     let a2 = ((w.x * ax).powi(2) + (w.y * ay).powi(2)) / (w.z * w.z);
     0.5 * ((1.0 + a2).sqrt() - 1.0)
 }
