@@ -95,7 +95,7 @@ fn entries(samples: u32) -> [Entry; 4] {
         Entry::new("light", samples).without_roulette(),
         Entry::new("bdpt", samples / 4).without_roulette(),
     ]
-    .map(|entry| entry.by_night(2))
+    .map(|entry| entry.by_night(4))
 }
 
 /// The balls are in focus, the block and the walls near the lens are not.
@@ -105,14 +105,14 @@ fn methods_agree_behind_a_wide_lens_close_to_walls() {
     let settings = looking(dvec3(-0.5, -0.3, 0.8), dvec3(-0.1, -0.2, -0.8), lens, (16, 16));
     let scene = built(furnished("wide lens"), turned(settings));
     assert!(!scene.needs.pinhole);
-    agree("wide lens", &scene, 4, &entries(64), 0.7);
+    agree("wide lens", &scene, 4, &entries(32), 0.7);
 }
 
 #[test]
 fn methods_agree_under_parallel_rays() {
     let film = Projection::Orthographic { extent: 1.5 };
     let settings = looking(dvec3(0.1, 0.2, 0.9), dvec3(-0.1, -0.2, -0.8), film, (16, 16));
-    agree("parallel rays", &built(furnished("parallel rays"), turned(settings)), 4, &entries(64), 0.7);
+    agree("parallel rays", &built(furnished("parallel rays"), turned(settings)), 4, &entries(32), 0.7);
 }
 
 /// Light tracing's variance is infinite at the poles, and less is asked of it.
@@ -120,7 +120,7 @@ fn methods_agree_under_parallel_rays() {
 fn methods_agree_all_around() {
     let settings = looking(dvec3(0.1, -0.1, 0.2), dvec3(0.3, -0.3, -0.8), Projection::Equirectangular, (16, 12));
     let scene = built(furnished("all around"), CameraSettings { mirrored: true, ..settings });
-    let [direct, path, light, bdpt] = entries(64);
+    let [direct, path, light, bdpt] = entries(32);
     agree("all around", &scene, 4, &[direct, path, light.of_infinite_variance(), bdpt], 0.6);
 }
 

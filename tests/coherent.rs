@@ -125,8 +125,8 @@ fn edges_have_the_means_of_their_sides() {
 /// A floor that shares numbers, and plates that do not.
 #[test]
 fn gloss_beside_diffuse_surfaces() {
-    let mut entries = Vec::from(METHODS.map(|name| Entry::new(name, 80).without_roulette()));
-    entries.push(Entry::new("path", 48).without_roulette());
+    let mut entries = Vec::from(METHODS.map(|name| Entry::new(name, 48).without_roulette()));
+    entries.push(Entry::new("path", 32).without_roulette());
     agree("coherent on veach_mis", &builtin("veach_mis", SIZE), 2, &entries, 0.3);
 }
 

@@ -2,7 +2,7 @@
 //!
 //! False-alarm rate: 0.1 % for each scene (Šidák over orders and blocks), as for every pair of methods.
 
-use crate::support::{Entry, agree, builtin, camera, divided, lambert, scale};
+use crate::support::{Entry, agree, builtin, camera, divided, is_night, lambert, scale};
 use glam::{DVec3, dvec3};
 use integrators::{Methods, Orders, RenderSettings};
 use neumann::choice::Choice;
@@ -34,6 +34,9 @@ fn any_runs_have_the_means_of_one_method() {
 /// the law of agreement.
 #[test]
 fn light_that_only_some_methods_carry_is_all_there() {
+    if !is_night() {
+        return;
+    }
     let runs = [("light", "0", 1.0), ("bdpt", "2-8", 3.0), ("path", "1", 1.0)];
     let entries = [composite(&runs, 224).up_to(4), Entry::new("bdpt", 96).without_roulette()];
     agree("composite on glass_caustic", &builtin("glass_caustic", SIZE), 8, &entries, 0.3);

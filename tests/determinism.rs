@@ -37,7 +37,7 @@ fn bits(m: &Measurement) -> Vec<u64> {
 
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
-    let [room, plates] = ["cornell_box", "veach_mis"].map(|name| builtin(name, 40));
+    let [room, plates] = ["cornell_box", "veach_mis"].map(|name| builtin(name, 24));
     let by_default =
         ["direct", "path", "adaptive", "guided", "coherent", "adaptive_bdpt", "coherent_bdpt", "light", "bdpt"];
     let by_default = by_default.map(|name| (name, json!({})));

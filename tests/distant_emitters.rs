@@ -59,13 +59,13 @@ fn entries(samples: u32) -> [Entry; 4] {
         Entry::new("light", samples).without_roulette(),
         Entry::new("bdpt", samples / 4).without_roulette(),
     ]
-    .map(|entry| entry.by_night(2))
+    .map(|entry| entry.by_night(3))
 }
 
 /// The methods that carry what glass makes of light which no ray meets.
 fn from_the_light(samples: u32) -> [Entry; 2] {
     [Entry::new("light", samples).without_roulette(), Entry::new("bdpt", samples / 4).without_roulette()]
-        .map(|entry| entry.by_night(2))
+        .map(|entry| entry.by_night(3))
 }
 
 /// Compares these orders with a reference, over the image and over blocks of it.
@@ -83,26 +83,26 @@ fn compare(family: &mut Family, label: &str, orders: RangeInclusive<usize>, rend
 fn spot_in_a_room() {
     for falloff in Falloff::ALL {
         let scene = lit("spot", Balls::Matte, |builder| add_spot(builder, falloff));
-        agree(&format!("{falloff:?} spot in a room"), &scene, 4, &entries(24), 0.9);
+        agree(&format!("{falloff:?} spot in a room"), &scene, 4, &entries(16), 0.9);
     }
 }
 
 #[test]
 fn spot_through_glass() {
     let scene = lit("spot through glass", Balls::Glass, |builder| add_spot(builder, Falloff::Linear));
-    agree("spot through glass", &scene, 4, &from_the_light(48), 0.5);
+    agree("spot through glass", &scene, 4, &from_the_light(32), 0.5);
 }
 
 #[test]
 fn parallel_light_in_a_room() {
     let scene = lit("parallel light", Balls::Matte, add_directional);
-    agree("parallel light in a room", &scene, 4, &entries(32), 0.9);
+    agree("parallel light in a room", &scene, 4, &entries(24), 0.9);
 }
 
 #[test]
 fn parallel_light_through_glass() {
     let scene = lit("parallel light through glass", Balls::Glass, add_directional);
-    agree("parallel light through glass", &scene, 4, &from_the_light(64), 0.5);
+    agree("parallel light through glass", &scene, 4, &from_the_light(48), 0.5);
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn image_over_a_room_with_glass_and_mirror() {
     for mapping in [Mapping::Equirectangular, Mapping::EqualArea] {
         let sky = sky(mapping, 3.0);
         let scene = lit("sky", Balls::GlassAndMirror, |builder| builder.environment_image(sky));
-        agree(&format!("{mapping:?} sky over a room"), &scene, 4, &entries(24), 0.8);
+        agree(&format!("{mapping:?} sky over a room"), &scene, 4, &entries(16), 0.8);
     }
 }
 

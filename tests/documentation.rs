@@ -129,8 +129,8 @@ fn small(mut arguments: Vec<String>) -> Vec<String> {
     let sizes: &[(&str, &str)] = match arguments[0].as_str() {
         "render" => &[("--size", "16x16"), ("--spp", "4"), ("--replicates", "2")],
         "run" => &[("--size", "8x8"), ("--spp", "4"), ("--replicates", "2")],
-        "verify" => &[("--spp", "16"), ("--replicates", "8")],
-        "spectrum" => &[("--spp", "16")],
+        "verify" => &[("--spp", "8"), ("--replicates", "4")],
+        "spectrum" => &[("--spp", "4")],
         _ => &[],
     };
     for (flag, value) in sizes {

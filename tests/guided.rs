@@ -2,7 +2,7 @@
 //!
 //! False-alarm rate: 0.1 % for each scene (Šidák over orders and blocks), as for every pair of methods.
 
-use crate::support::{Entry, agree, builtin, furnished};
+use crate::support::{Entry, agree, builtin, furnished, is_night};
 use serde_json::json;
 
 const SIZE: u32 = 16;
@@ -28,6 +28,9 @@ fn diffuse_rooms() {
 /// Glass, through which a guide has nothing to say, and floors that it leads to glass.
 #[test]
 fn caustics() {
+    if !is_night() {
+        return;
+    }
     let [taught, default] = guided(64);
     let entries = [taught.up_to(4), default.up_to(4), Entry::new("bdpt", 64).without_roulette()];
     agree("guided on glass_caustic", &builtin("glass_caustic", SIZE), 4, &entries, 0.3);

@@ -21,7 +21,7 @@ fn enclosures_of_known_orders() {
                 let settings = json!({"mis": mis, "roulette": "none", "light_paths": light_paths});
                 let label = format!("{light_paths} light paths");
                 let method = method_with("bdpt", settings);
-                truth.compare(&mut family, &label, method.as_ref(), Budget::samples(16), COLUMNS);
+                truth.compare(&mut family, &label, method.as_ref(), Budget::samples(8), COLUMNS);
             }
             family.finish(0.9);
         }
@@ -33,9 +33,9 @@ fn enclosures_of_known_orders() {
 #[test]
 fn built_in_scenes() {
     for (name, max_order) in [("cornell_box", 6), ("veach_mis", 6), ("glass_caustic", 1), ("indirect_lamp", 4)] {
-        let samples = if name == "veach_mis" { 32 } else { 16 };
+        let samples = if name == "veach_mis" { 16 } else { 8 };
         let entry =
-            |label, mis| Entry::new("bdpt", samples).with(label, json!({"mis": mis, "roulette": "none"})).by_night(8);
+            |label, mis| Entry::new("bdpt", samples).with(label, json!({"mis": mis, "roulette": "none"})).by_night(16);
         let mut entries = vec![entry("by densities", "balance"), entry("by variances", "variance_aware")];
         // Elsewhere a few contributions decide, by all weights alike.
         if ["cornell_box", "indirect_lamp"].contains(&name) {

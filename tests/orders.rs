@@ -45,7 +45,7 @@ fn furnace_by_runs() {
 #[test]
 fn integrating_sphere() {
     let scene = builtin("integrating_sphere", SIZE);
-    compare(&exact_orders(&scene), &ALL_AND_RUNS, plain, 64);
+    compare(&exact_orders(&scene), &ALL_AND_RUNS, plain, 32);
 }
 
 /// A closed tetrahedron whose faces, and a ball of a mirror's material within, all reflect and emit alike. Light tracing loses

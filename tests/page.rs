@@ -275,10 +275,10 @@ fn the_page_keeps_the_rules_of_accessibility() {
     }
 }
 
-/// The default report with a sixteenth of its samples, which is as large, and noisier.
+/// The default report with a thirty-second of its samples, which is as large, and noisier.
 fn default_report() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    succeed(folder.path(), &["run", "comparison", "--spp", "16", "--replicates", "4", "--out", "out", "--quiet"]);
+    succeed(folder.path(), &["run", "comparison", "--spp", "16", "--replicates", "2", "--out", "out", "--quiet"]);
     folder
 }
 

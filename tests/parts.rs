@@ -145,7 +145,7 @@ fn light_groups_add_up_and_each_is_the_image_of_its_lamps_alone() {
     let both = furnished([true, true]);
     let mut family = Family::new("light groups");
     for (name, with) in methods() {
-        let budget = (if name == "bdpt" { 64 } else { 128 }, 64);
+        let budget = (if name == "bdpt" { 32 } else { 64 }, 64);
         let m = render(&both, (name, with.clone()), &parts, budget).unwrap();
         adds_up(&m, name, None, |part| matches!(part, Part::Group { layer: None, .. }));
         for &layer in &m.layers {

@@ -177,7 +177,7 @@ fn in_the_cornell_box_the_error_falls_with_the_elements() {
     let budget = Budget { sampler: SamplerKind::Stratified, ..Budget::samples(32) };
     let path = measure(&scene, method("path").as_ref(), "path", budget.up_to(3));
     let blocks = path.blocks(8);
-    let meshes = [80, 240, 640].map(|elements| (elements, radiosity(&scene, elements, "linear", "error")));
+    let meshes = [80, 200, 480].map(|elements| (elements, radiosity(&scene, elements, "linear", "error")));
     for order in 1..=3 {
         let truth: Vec<Estimate> = blocks.iter().map(|pixels| path.over(order, pixels)).collect();
         let mean = truth.iter().map(|t| t.mean).sum::<f64>() / truth.len() as f64;

@@ -63,7 +63,7 @@ fn a_tilted_facet_under_a_uniform_sky() {
             // light tracing decides nothing.
             let by_light = place == "above" && degrees < 30.0;
             for name in ALL.into_iter().filter(|name| *name != "light" || by_light) {
-                let budget = Budget::samples(if name == "light" { 256 } else { 16 });
+                let budget = Budget::samples(if name == "light" { 128 } else { 8 });
                 truth.compare(&mut family, name, plain(name).as_ref(), budget, COLUMNS);
             }
             family.finish(if is_seen { 0.9 } else { 0.0 });

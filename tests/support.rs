@@ -45,6 +45,14 @@ pub fn seed() -> u64 {
     std::env::var("NEUMANN_TEST_SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(1)
 }
 
+/// Whether laws are asked that need long and have shorter ones beside them; says so where they are left out.
+pub fn is_night() -> bool {
+    if scale() <= 1.0 {
+        println!("skipped: it takes long; asked where NEUMANN_TEST_SCALE is more than 1, as in .ci/nightly");
+    }
+    scale() > 1.0
+}
+
 /// Whether the seed is that of every day, and the budget no smaller.
 pub fn is_everyday() -> bool {
     seed() == 1 && scale() >= 1.0

@@ -59,7 +59,7 @@ fn a_lamp_in_a_hundred_thousand_pieces() {
     let [whole, tiled] = [lamp_of(1), lamp_of(316)];
     for (name, method) in methods() {
         let [a, b] = [("", &whole), (" tiled", &tiled)].map(|(suffix, scene)| {
-            measure(scene, method.as_ref(), &format!("{name}{suffix}"), Budget::samples(4).up_to(3))
+            measure(scene, method.as_ref(), &format!("{name}{suffix}"), Budget::samples(2).up_to(3))
         });
         for layer in 0..a.measurement.layers.len() {
             family.image(format!("{name}, order {layer}"), a.image(layer), b.image(layer));
