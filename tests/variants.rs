@@ -34,7 +34,7 @@ fn strategies_of_direct_lighting() {
 
 #[test]
 fn techniques_of_path_tracing() {
-    let entry = |label, settings| Entry::new("path", 64).with(label, settings).by_night(2);
+    let entry = |label, settings| Entry::new("path", 48).with(label, settings).by_night(3);
     let entries = [
         entry("mis by power", json!({"roulette": "none"})),
         entry("mis by balance", json!({"roulette": "none", "mis": "balance"})),
@@ -64,7 +64,7 @@ fn weights_of_bidirectional_path_tracing() {
 
 #[test]
 fn connections_of_bidirectional_path_tracing() {
-    let entry = |label, settings| Entry::new("bdpt", 32).with(label, settings).by_night(4);
+    let entry = |label, settings| Entry::new("bdpt", 24).with(label, settings).by_night(5);
     let entries = [
         entry("every connection", json!({"roulette": "none"})),
         entry("several light subpaths", json!({"roulette": "none", "light_paths": 3})),

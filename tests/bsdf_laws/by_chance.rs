@@ -11,12 +11,12 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 const FALSE_ALARM: f64 = 1e-3;
 
 /// Samples of a test; those that shape its cells are others.
-const SAMPLES: u32 = 1 << 16;
+const SAMPLES: u32 = 1 << 15;
 /// So many shape the cells, and so many where these have to be looked at again.
 const PILOTS: u32 = 1 << 10;
 const PILOTS_IN_DOUBT: u32 = 1 << 14;
 
-/// The absolute error of a cell's quadrature, small against the standard error of its share of the samples, 4·10⁻⁴.
+/// The absolute error of a cell's quadrature, small against the standard error of its share of the samples, 6·10⁻⁴.
 const TOLERANCE: f64 = 4e-6;
 
 /// The level of each of so many independent tests, by Šidák: 1 − (1 − α)^(1/n).

@@ -12,7 +12,7 @@ use crate::test_support::Random;
 fn what_is_not_open_is_as_f64_has_it() {
     let mut random = Random::new(31);
     let (mut sure, mut open) = ([0, 0], 0);
-    for i in 0..300_000u32 {
+    for i in 0..150_000u32 {
         let size = 10f32.powi(i as i32 % 7 - 3);
         let far = size * 10f32.powf(9.0 * random.next_1d().powi(3));
         let d = random.direction() * [1.0, far][(i % 2) as usize];
@@ -43,7 +43,7 @@ fn what_is_not_open_is_as_f64_has_it() {
             }
         }
     }
-    assert!(sure[0] > 50_000 && sure[1] > 30_000 && open > 50_000, "{sure:?} {open}");
+    assert!(sure[0] > 25_000 && sure[1] > 15_000 && open > 25_000, "{sure:?} {open}");
 }
 
 /// Lines that begin next to the plane of a triangle, on it, or far from it, and end as close to it, seen from above to edge-on.
@@ -51,7 +51,7 @@ fn what_is_not_open_is_as_f64_has_it() {
 fn what_is_met_or_left_out_for_certain_is_so_by_f64() {
     let mut random = Random::new(32);
     let (mut sure, mut asked, mut left_out) = (0, 0, 0);
-    for i in 0..300_000u32 {
+    for i in 0..150_000u32 {
         let size = 10f32.powi(i as i32 % 7 - 3);
         let place = random.direction() * [0.0, 1.0, 1e4][(i % 3) as usize];
         let (along, across) = (random.direction() * size, random.direction() * size);
@@ -86,5 +86,5 @@ fn what_is_met_or_left_out_for_certain_is_so_by_f64() {
             left_out += 1;
         }
     }
-    assert!(sure > 30_000 && asked > sure + 100_000 && left_out > 20_000, "{sure} {asked} {left_out}");
+    assert!(sure > 15_000 && asked > sure + 50_000 && left_out > 10_000, "{sure} {asked} {left_out}");
 }
