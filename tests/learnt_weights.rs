@@ -8,7 +8,7 @@ use integrators::{Orders, Render, RenderSettings};
 use sampling::sampler::{Role, SamplerKind};
 use serde_json::{Value, json};
 
-/// Against closed forms, by replicates of 16 samples per pixel.
+/// Against closed forms, by replicates of few samples, whose pilots know little.
 #[test]
 fn enclosures_of_known_orders() {
     for name in ["furnace", "integrating_sphere"] {
