@@ -340,7 +340,7 @@ fn no_light_is_gained() {
     let cosines = (0..60).map(|i| (i as f32 * 1.565 / 60.0).cos()).chain([1e-3, 1e-4, 1e-5, 1e-7]);
     let sides = [(1.0, 0.6), (-1.0, 3.9)].into_iter().cycle();
     let mut directions: Vec<Vec3> = cosines.zip(sides).map(|(cos, (side, phi))| direction(side * cos, phi)).collect();
-    if support::scale() <= 1.0 {
+    if !support::is_night() {
         // One of each side among eight, the first and the last too.
         directions =
             directions.into_iter().enumerate().filter(|(i, _)| i % 8 == 0 || i % 8 == 7).map(|(_, d)| d).collect();
@@ -378,7 +378,7 @@ fn surely_scattered(samples: &[BsdfSample]) -> f64 {
 /// The largest channel of the directional albedo for light that comes from `wo`.
 fn albedo(model: &Bsdf, wo: Vec3, mut draw: impl FnMut(u32) -> (f32, Vec2)) -> f64 {
     // Those that shape the cells, which are cut until each holds one of them.
-    let pilots = if support::scale() > 1.0 { SAMPLES } else { SAMPLES / 8 };
+    let pilots = if support::is_night() { SAMPLES } else { SAMPLES / 8 };
     let mode = TransportMode::Importance;
     // Where azimuths matter by their difference alone, whatever its sign, half of them are the mirror image of the others.
     let is_symmetric = !model.is_anisotropic();

@@ -10,7 +10,7 @@ mod scene;
 mod sequential;
 mod synthetic;
 
-use crate::support::scale;
+use crate::support::is_night;
 use neumann::statistics::multiple::sidak_level;
 use neumann::statistics::{COVERAGE, Estimate};
 use statrs::distribution::{Binomial, DiscreteCDF};
@@ -25,7 +25,7 @@ const FALSE_ALARM_RATE: f64 = 1e-3;
 
 /// How many experiments are made: so many every day, 2000 at night.
 fn experiments(by_day: usize) -> usize {
-    if scale() > 1.0 { 2000 } else { by_day }
+    if is_night() { 2000 } else { by_day }
 }
 
 /// What is checked: the quantity, the kind of experiment, the replicates.

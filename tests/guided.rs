@@ -2,7 +2,7 @@
 //!
 //! False-alarm rate: 0.1 % for each scene (Šidák over orders and blocks), as for every pair of methods.
 
-use crate::support::{Entry, agree, builtin, furnished, is_night};
+use crate::support::{Entry, agree, builtin, furnished, left_to_the_night};
 use serde_json::json;
 
 const SIZE: u32 = 16;
@@ -28,7 +28,7 @@ fn diffuse_rooms() {
 /// Glass, through which a guide has nothing to say, and floors that it leads to glass.
 #[test]
 fn caustics() {
-    if !is_night() {
+    if left_to_the_night() {
         return;
     }
     let [taught, default] = guided(64);

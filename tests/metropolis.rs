@@ -5,8 +5,8 @@
 //! has the error of the normalisation in it; that chains have none of the start is what the short ones would show.
 
 use crate::support::{
-    Budget, Entry, Estimate, Family, Truth, agree, builtin, camera, exact, furnished, grey, is_night, lambert, measure,
-    method, method_with, room, seed, shining,
+    Budget, Entry, Estimate, Family, Truth, agree, builtin, camera, exact, furnished, grey, lambert, left_to_the_night,
+    measure, method, method_with, room, seed, shining,
 };
 use glam::{DVec3, dvec3};
 use integrators::render::request;
@@ -93,7 +93,7 @@ fn furnace() {
 /// orders together, which is what is normalised.
 #[test]
 fn few_long_replicates_are_as_many_short_ones() {
-    if !is_night() {
+    if left_to_the_night() {
         return;
     }
     let scene = builtin("furnace", 16);

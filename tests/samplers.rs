@@ -3,7 +3,7 @@
 //!
 //! False-alarm rate: 0.1 % (Šidák over samplers, methods, orders and blocks).
 
-use crate::support::{ALL, Budget, COLUMNS, Family, builtin, measure, plain, scale};
+use crate::support::{ALL, Budget, COLUMNS, Family, builtin, is_night, measure, plain};
 use sampling::sampler::SamplerKind;
 
 /// Replicates of 16 samples, so that strata and nets are whole, and of 5, so that they are not.
@@ -20,7 +20,7 @@ fn every_sampler_has_the_mean_of_independent_numbers() {
         let independent = render(SamplerKind::Independent, 32);
         for (place, &sampler) in SamplerKind::ALL[1..].iter().enumerate() {
             // Every day one of the two, in turn.
-            let counts = if scale() > 1.0 { vec![5, 16] } else { vec![[5, 16][(turn + place) % 2]] };
+            let counts = if is_night() { vec![5, 16] } else { vec![[5, 16][(turn + place) % 2]] };
             for samples in counts {
                 let other = render(sampler, samples);
                 for order in 0..independent.measurement.layers.len() {

@@ -5,7 +5,7 @@
 //! for the quadrature, by its own estimate of its error, are left out and named, and so are those that scatter next to nothing.
 
 use crate::bsdf_laws::{delta_lobes, listed};
-use crate::support::{ALL, Budget, COLUMNS, Family, GAUSS, Truth, camera, grey, plain, scale, shining};
+use crate::support::{ALL, Budget, COLUMNS, Family, GAUSS, Truth, camera, grey, is_night, plain, shining};
 use glam::{DVec3, dvec3};
 use sampling::bsdf::{Bsdf, Dielectric, Lobes, TransportMode};
 use sampling::math::Spectrum;
@@ -170,7 +170,7 @@ fn examples(max_order: usize, suits: impl Fn(&Bsdf) -> bool, check: impl Fn(&str
     let (mut done, mut left_out) = (Vec::new(), Vec::new());
     let (mut last, mut count) = ("", 0);
     let step = match max_order {
-        _ if scale() > 1.0 => 1,
+        _ if is_night() => 1,
         1 => 3,
         _ => 4,
     };

@@ -45,12 +45,17 @@ pub fn seed() -> u64 {
     std::env::var("NEUMANN_TEST_SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(1)
 }
 
-/// Whether laws are asked that need long and have shorter ones beside them; says so where they are left out.
+/// Whether there is more time than every day.
 pub fn is_night() -> bool {
-    if scale() <= 1.0 {
+    scale() > 1.0
+}
+
+/// Whether a law that takes long, and has a shorter one beside it, is not asked now; says so.
+pub fn left_to_the_night() -> bool {
+    if !is_night() {
         println!("skipped: it takes long; asked where NEUMANN_TEST_SCALE is more than 1, as in .ci/nightly");
     }
-    scale() > 1.0
+    !is_night()
 }
 
 /// Whether the seed is that of every day, and the budget no smaller.

@@ -1,7 +1,7 @@
 //! Triangles and balls that are thin, flat, doubled, tiny or huge.
 
 use super::{ALBEDO, EMITTED, EQUILIBRIUM, furnace, is_a_furnace, is_in_equilibrium};
-use crate::support::{ALL, Budget, Family, block, camera, lambert, measure, method, plain, scale, shining};
+use crate::support::{ALL, Budget, Family, block, camera, is_night, lambert, measure, method, plain, shining};
 use glam::{DAffine3, DQuat, DVec3, Vec3Swizzles, dvec3};
 use sampling::bsdf::{Bsdf, Dielectric, Mirror};
 use sampling::math::Spectrum;
@@ -259,7 +259,7 @@ fn ball(rings: u32, sectors: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
 fn one_triangle_and_ten_million() {
     let mut family = Family::new("triangles");
     let one = (vec![dvec3(-0.9, -0.5, 0.0), dvec3(0.8, -0.4, -0.2), dvec3(0.1, 0.8, 0.1)], vec![[0, 1, 2]]);
-    let many = if scale() > 1.0 { (1581, 3163) } else { (500, 1000) };
+    let many = if is_night() { (1581, 3163) } else { (500, 1000) };
     for (positions, triangles) in [one, ball(many.0, many.1)] {
         let label = format!("{} triangles", triangles.len());
         let mut builder = furnace(&label, 8);

@@ -1,6 +1,6 @@
 //! Agreement of methods: every pair of them in a scene, order by order, on the image and on blocks of it.
 
-use super::{Budget, Family, Rendered, measure, method_with, scale};
+use super::{Budget, Family, Rendered, is_night, measure, method_with};
 use sampling::bsdf::Lobes;
 use sampling::sampler::SamplerKind;
 use sampling::vec2;
@@ -51,7 +51,7 @@ impl Entry {
     }
 
     fn samples(&self) -> u32 {
-        if scale() > 1.0 { self.samples * self.by_night } else { self.samples }
+        if is_night() { self.samples * self.by_night } else { self.samples }
     }
 
     /// The same, of which nothing is asked but that it does not differ significantly: its variance is infinite, so that some

@@ -5,7 +5,7 @@ use super::{IMPORTANCE, RADIANCE};
 use crate::bsdf::principled::ClearcoatMasking;
 use crate::bsdf::{BsdfModel, Lobes, Masking, Principled, PrincipledSettings, Tints};
 use crate::math::Spectrum;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
 /// Settings, each in f64.
@@ -140,11 +140,11 @@ fn reflection_is_the_sum_of_the_printed_lobes() {
                     (Lobes::ALL, printed.diffuse(o, i) + printed.glossy(o, i)),
                 ];
                 for (side, (lobe, exact)) in sides.iter().flat_map(|side| lobes.map(|lobe| (side, lobe))) {
-                    let on = |w: glam::Vec3| w.with_z(w.z * side);
+                    let on = |w: Vec3| w.with_z(w.z * side);
                     for mode in [RADIANCE, IMPORTANCE] {
                         let value = f64::from(model.eval(on(wo), on(wi), lobe, mode).to_array()[channel]);
-                        let what = format_args!("{lobe:?} {given:?} {wo} {wi}").to_string();
-                        assert!((value - exact).abs() < 3e-5 * exact.max(1e-3), "{value} for {exact}: {what}");
+                        let off = (value - exact).abs();
+                        assert!(off < 3e-5 * exact.max(1e-3), "{value} for {exact}: {lobe:?} {given:?} {wo} {wi}");
                     }
                 }
             }
