@@ -27,7 +27,7 @@ use crate::{
     merge_command, meter_command, plan_command, relight_command, render_command, replay_command, report_command,
     run_command, scene_command, spectrum_command, submit_command, verify_command,
 };
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use integrators::Methods;
 use std::io::Write;
 use std::process::ExitCode;
@@ -109,7 +109,8 @@ pub fn main() -> ExitCode {
 
 /// The same with methods of one's own among them, which every command knows like the others.
 pub fn main_with(methods: &Methods) -> ExitCode {
-    let cli = Cli::parse();
+    let words = negative_numbers_are_values(Cli::command()).get_matches();
+    let cli = Cli::from_arg_matches(&words).unwrap_or_else(|e| e.exit());
     match execute(&cli, methods) {
         Ok(status) => ExitCode::from(status.code()),
         Err(error) => {
@@ -120,6 +121,12 @@ pub fn main_with(methods: &Methods) -> ExitCode {
             }
         }
     }
+}
+
+/// Has `-5` taken for a value, and not for a flag that there is not, so that what is said of it is what the value should be.
+fn negative_numbers_are_values(command: clap::Command) -> clap::Command {
+    let command = command.mut_args(|arg| arg.allow_negative_numbers(true));
+    command.mut_subcommands(negative_numbers_are_values)
 }
 
 fn execute(cli: &Cli, methods: &Methods) -> Result<Status, Error> {
@@ -184,11 +191,10 @@ pub fn print(text: &str) -> Result<(), Error> {
 mod tests {
     use super::*;
     use crate::export::exr::LayerSelection;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_consistent() {
-        Cli::command().debug_assert();
+        negative_numbers_are_values(Cli::command()).debug_assert();
     }
 
     #[test]

@@ -18,20 +18,20 @@ use std::path::PathBuf;
 #[derive(Clone, Debug, Default, PartialEq, Args)]
 pub struct ChangeArgs {
     /// Seconds for each method in each scene, instead of samples.
-    #[arg(long, value_name = "S", allow_negative_numbers = true, conflicts_with = "spp")]
+    #[arg(long, value_name = "S", conflicts_with = "spp")]
     pub seconds: Option<f64>,
     /// Samples per pixel, over all replicates.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = at_least::<1>)]
+    #[arg(long, value_name = "N", value_parser = at_least::<1>)]
     pub spp: Option<u32>,
     /// Independent images that share the samples.
-    #[arg(long, value_name = "R", allow_negative_numbers = true, value_parser = at_least::<1>)]
+    #[arg(long, value_name = "R", value_parser = at_least::<1>)]
     pub replicates: Option<u32>,
     /// Add replicates until a bound is small enough: relative_error=0.01 or detectable_bias=0.003, of the sum of all orders, or with
     /// order=all or a number behind a comma.
     #[arg(long, value_name = "TARGET")]
     pub until: Option<Until>,
     /// The most samples per pixel that --until may take; --seconds is another limit.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = at_least::<1>)]
+    #[arg(long, value_name = "N", value_parser = at_least::<1>)]
     pub max_spp: Option<u32>,
     /// Judge images by this reference, which an experiment with a section [reference] wrote.
     #[arg(long, value_name = "FILE.exr")]
@@ -40,10 +40,10 @@ pub struct ChangeArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
     /// Last order traced one by one.
-    #[arg(long, value_name = "K", allow_negative_numbers = true)]
+    #[arg(long, value_name = "K")]
     pub max_order: Option<usize>,
     /// Seed of all random numbers.
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seed)]
+    #[arg(long, value_name = "S", value_parser = parse_seed)]
     pub seed: Option<u64>,
     /// Where random numbers come from (see `neumann list samplers`).
     #[arg(long, value_name = "NAME")]
@@ -65,14 +65,14 @@ pub struct RunArgs {
     #[command(flatten)]
     pub changes: ChangeArgs,
     /// Threads [default: all cores].
-    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = parse_threads)]
+    #[arg(long, value_name = "T", value_parser = parse_threads)]
     pub threads: Option<usize>,
     /// Discard what the folder holds: results of another configuration, and all that has been rendered so far. Without it, a run
     /// goes on where an interrupted or shorter one ended.
     #[arg(long)]
     pub fresh: bool,
     /// Seconds of work between saves of what has been rendered [default: 30, or more where saving takes long].
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seconds)]
+    #[arg(long, value_name = "S", value_parser = parse_seconds)]
     pub save_every: Option<f64>,
     /// Render one shard of the plan that the folder holds (see `neumann plan`): its number and how many there are, or auto, as
     /// SLURM_ARRAY_TASK_ID, JOB_COMPLETION_INDEX (from 0), PBS_ARRAY_INDEX or SGE_TASK_ID says.
@@ -99,10 +99,10 @@ pub struct ImageArgs {
     #[arg(long, short = 'i', value_name = "METHOD", default_value = "path")]
     pub method: String,
     /// Samples per pixel, over all replicates [default: 64].
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = at_least::<1>)]
+    #[arg(long, value_name = "N", value_parser = at_least::<1>)]
     pub spp: Option<u32>,
     /// Last order traced one by one [default: the scene's, usually 8]; auto for as many as it takes to leave out no more than --tail.
-    #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = parse_max_order)]
+    #[arg(long, value_name = "K", value_parser = parse_max_order)]
     pub max_order: Option<MaxOrder>,
     /// Only these orders, such as 0,2,4-6 [default: all up to --max-order].
     #[arg(long, value_name = "LIST")]
@@ -114,10 +114,10 @@ pub struct ImageArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
     /// Seed of all random numbers.
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seed, default_value_t = 0)]
+    #[arg(long, value_name = "S", value_parser = parse_seed, default_value_t = 0)]
     pub seed: u64,
     /// Independent images that share the samples: two or more give variances.
-    #[arg(long, value_name = "R", allow_negative_numbers = true, default_value_t = 4, value_parser = at_least::<1>)]
+    #[arg(long, value_name = "R", default_value_t = 4, value_parser = at_least::<1>)]
     pub replicates: u32,
     /// How a pixel weights the light around it (see `neumann list filters`) [default: the scene's, usually box].
     #[arg(long, value_name = "NAME")]
@@ -140,14 +140,14 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub image: ImageArgs,
     /// Render for about so many seconds instead; a pilot run fixes the number of samples.
-    #[arg(long, value_name = "S", allow_negative_numbers = true, conflicts_with = "spp")]
+    #[arg(long, value_name = "S", conflicts_with = "spp")]
     pub seconds: Option<f64>,
     /// Only these pixels of the image: column and row of the first (from 0, at the top left), width, height [default: the
     /// scene's crop, usually all].
     #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop)]
     pub crop: Option<Window>,
     /// Threads [default: all cores].
-    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = parse_threads)]
+    #[arg(long, value_name = "T", value_parser = parse_threads)]
     pub threads: Option<usize>,
     /// Layers of the image besides the beauty: orders, variance, strategies, groups; or beauty for none.
     #[arg(long, value_name = "LIST", default_value = "orders")]
@@ -180,10 +180,10 @@ pub struct ReplayArgs {
     #[arg(long, value_name = "X,Y", value_parser = parse_pair::<u32>)]
     pub pixel: (u32, u32),
     /// Which independent image, from 0.
-    #[arg(long, value_name = "R", allow_negative_numbers = true, default_value_t = 0)]
+    #[arg(long, value_name = "R", default_value_t = 0)]
     pub replicate: u32,
     /// Which sample of the pixel in that image, from 0.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0)]
     pub sample: u32,
     /// Only paths of this strategy: s light vertices, t camera vertices.
     #[arg(long, value_name = "S,T", value_parser = parse_pair::<u16>)]
@@ -199,25 +199,25 @@ pub struct VerifyArgs {
     /// A built-in scene's name or a file [default: all built-in scenes].
     pub scene: Option<String>,
     /// Samples per pixel of each method, over all replicates.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 256, value_parser = at_least::<1>)]
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = at_least::<1>)]
     pub spp: u32,
     /// Seconds for each method, instead of samples.
-    #[arg(long, value_name = "S", allow_negative_numbers = true, conflicts_with = "spp")]
+    #[arg(long, value_name = "S", conflicts_with = "spp")]
     pub seconds: Option<f64>,
     /// Independent images that share the samples.
-    #[arg(long, value_name = "R", allow_negative_numbers = true, default_value_t = 16, value_parser = at_least::<2>)]
+    #[arg(long, value_name = "R", default_value_t = 16, value_parser = at_least::<2>)]
     pub replicates: u32,
     /// Last order compared [default: the scene's, usually 8].
-    #[arg(long, value_name = "K", allow_negative_numbers = true)]
+    #[arg(long, value_name = "K")]
     pub max_order: Option<usize>,
     /// Image size [default: the scene's, scaled so that the longer side has 96 pixels].
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
     /// Seed of all random numbers.
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seed, default_value_t = 0)]
+    #[arg(long, value_name = "S", value_parser = parse_seed, default_value_t = 0)]
     pub seed: u64,
     /// Threads [default: all cores].
-    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = parse_threads)]
+    #[arg(long, value_name = "T", value_parser = parse_threads)]
     pub threads: Option<usize>,
     /// Render the scene in other units and at other places too, where it should look the same.
     #[arg(long)]
@@ -298,25 +298,25 @@ pub struct SpectrumArgs {
     /// A built-in scene's name or a file.
     pub scene: String,
     /// Last order measured, 7 or more.
-    #[arg(long, value_name = "K", allow_negative_numbers = true, default_value_t = 32, value_parser = parse_measured_order)]
+    #[arg(long, value_name = "K", default_value_t = 32, value_parser = parse_measured_order)]
     pub max_order: usize,
     /// The part of all light that may be left out, by which the number of orders needed is told.
     #[arg(long, value_name = "PART", default_value_t = 1e-3, value_parser = parse_part)]
     pub accuracy: f64,
     /// Walks from the emitters, for the flux.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value = "1e6", value_parser = parse_count)]
+    #[arg(long, value_name = "N", default_value = "1e6", value_parser = parse_count)]
     pub paths: u64,
     /// Samples per pixel, for the image.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 64, value_parser = at_least::<1>)]
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = at_least::<1>)]
     pub spp: u32,
     /// Independent replicates that share walks and samples, 8 or more.
-    #[arg(long, value_name = "R", allow_negative_numbers = true, default_value_t = 16, value_parser = at_least::<8>)]
+    #[arg(long, value_name = "R", default_value_t = 16, value_parser = at_least::<8>)]
     pub replicates: u32,
     /// Seed of all random numbers.
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seed, default_value_t = 0)]
+    #[arg(long, value_name = "S", value_parser = parse_seed, default_value_t = 0)]
     pub seed: u64,
     /// Threads [default: all cores].
-    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = parse_threads)]
+    #[arg(long, value_name = "T", value_parser = parse_threads)]
     pub threads: Option<usize>,
     /// As JSON.
     #[arg(long)]
@@ -332,19 +332,19 @@ pub struct MeterArgs {
     #[arg(long, required = true, value_name = "LABEL")]
     pub on: Vec<String>,
     /// Last order measured.
-    #[arg(long, value_name = "K", allow_negative_numbers = true, default_value_t = 8, value_parser = parse_order)]
+    #[arg(long, value_name = "K", default_value_t = 8, value_parser = parse_order)]
     pub max_order: usize,
     /// Walks from the emitters.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value = "1e6", value_parser = parse_count)]
+    #[arg(long, value_name = "N", default_value = "1e6", value_parser = parse_count)]
     pub paths: u64,
     /// Independent replicates that share them, 4 or more.
-    #[arg(long, value_name = "R", allow_negative_numbers = true, default_value_t = 16, value_parser = at_least::<4>)]
+    #[arg(long, value_name = "R", default_value_t = 16, value_parser = at_least::<4>)]
     pub replicates: u32,
     /// Seed of all random numbers.
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seed, default_value_t = 0)]
+    #[arg(long, value_name = "S", value_parser = parse_seed, default_value_t = 0)]
     pub seed: u64,
     /// Threads [default: all cores].
-    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = parse_threads)]
+    #[arg(long, value_name = "T", value_parser = parse_threads)]
     pub threads: Option<usize>,
     /// As JSON.
     #[arg(long)]

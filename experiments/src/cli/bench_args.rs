@@ -30,10 +30,10 @@ pub enum BenchKind {
     #[command(after_help = "Examples:\n  neumann bench leaks\n  neumann bench leaks --rays 1e9 --seed 2")]
     Leaks {
         /// Rays for each kernel, at the least; 1e9 is a number as well.
-        #[arg(long, value_name = "N", allow_negative_numbers = true, default_value = "1e7", value_parser = parse_count)]
+        #[arg(long, value_name = "N", default_value = "1e7", value_parser = parse_count)]
         rays: u64,
         /// Seed of all random numbers.
-        #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seed, default_value_t = 0)]
+        #[arg(long, value_name = "S", value_parser = parse_seed, default_value_t = 0)]
         seed: u64,
     },
     /// Processor time of a sample on one thread, by scene and method.
@@ -66,7 +66,7 @@ pub struct MeasuredArgs {
     #[arg(long = "method", short = 'i', value_name = "METHOD")]
     pub methods: Vec<String>,
     /// Last order traced.
-    #[arg(long, value_name = "K", allow_negative_numbers = true, default_value_t = 8, value_parser = parse_order)]
+    #[arg(long, value_name = "K", default_value_t = 8, value_parser = parse_order)]
     pub max_order: usize,
     /// Where random numbers come from (see `neumann list samplers`).
     #[arg(long, value_name = "NAME", default_value = "independent")]
@@ -75,10 +75,10 @@ pub struct MeasuredArgs {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<Assignment>,
     /// Seed of all random numbers.
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seed, default_value_t = 0)]
+    #[arg(long, value_name = "S", value_parser = parse_seed, default_value_t = 0)]
     pub seed: u64,
     /// How often each is measured, in turn with the others.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 9, value_parser = at_least::<1>)]
+    #[arg(long, value_name = "N", default_value_t = 9, value_parser = at_least::<1>)]
     pub rounds: u32,
     /// As JSON.
     #[arg(long)]
@@ -98,7 +98,7 @@ pub struct SamplesArgs {
     #[arg(long, value_name = "WxH", default_value = "64x64", value_parser = parse_size)]
     pub size: (u32, u32),
     /// Samples per pixel in each round.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 4, value_parser = at_least::<1>)]
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = at_least::<1>)]
     pub spp: u32,
 }
 
@@ -131,10 +131,10 @@ pub struct ScalingArgs {
     #[arg(long, value_name = "WxH", default_value = "256x256", value_parser = parse_size)]
     pub size: (u32, u32),
     /// The most threads [default: all cores].
-    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = parse_threads)]
+    #[arg(long, value_name = "T", value_parser = parse_threads)]
     pub threads: Option<usize>,
     /// The most triangles; 1e7 is a number as well.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value = "1e6", value_parser = parse_count)]
+    #[arg(long, value_name = "N", default_value = "1e6", value_parser = parse_count)]
     pub triangles: u64,
     /// Folder for plots of all but threads [default: none are drawn].
     #[arg(long, short, value_name = "DIR")]
@@ -148,10 +148,10 @@ pub struct StartArgs {
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<String>,
     /// Triangles of an OBJ file that is made for it, about; 1e6 is a number as well.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value = "1e6", value_parser = parse_count)]
+    #[arg(long, value_name = "N", default_value = "1e6", value_parser = parse_count)]
     pub triangles: u64,
     /// How often each is started, in turn with the others.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 5, value_parser = at_least::<1>)]
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = at_least::<1>)]
     pub rounds: u32,
     /// As JSON.
     #[arg(long)]
@@ -182,13 +182,13 @@ pub struct ErrorArgs {
     #[arg(long, value_name = "WxH", default_value = "64x64", value_parser = parse_size)]
     pub size: (u32, u32),
     /// The most samples per pixel of an image; those before are halves, quarters and so on.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 64, value_parser = at_least::<2>)]
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = at_least::<2>)]
     pub spp: u32,
     /// The method that renders the reference.
     #[arg(long, value_name = "METHOD", default_value = "bdpt")]
     pub reference: String,
     /// Samples per pixel of the reference.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 4096, value_parser = at_least::<2>)]
+    #[arg(long, value_name = "N", default_value_t = 4096, value_parser = at_least::<2>)]
     pub reference_spp: u32,
     /// Folder of the plots and of error.json.
     #[arg(long, short, value_name = "DIR", default_value = "results/bench")]

@@ -12,7 +12,7 @@ pub struct PlanArgs {
     /// An experiment's name (see `neumann list experiments`) or a .toml file.
     pub experiment: String,
     /// How many shards.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = at_least::<1>)]
+    #[arg(long, value_name = "N", value_parser = at_least::<1>)]
     pub shards: u32,
     /// Folder of plan, shards and results [default: results/EXPERIMENT].
     #[arg(long, short, value_name = "DIR")]
@@ -21,7 +21,7 @@ pub struct PlanArgs {
     #[command(flatten)]
     pub changes: ChangeArgs,
     /// Threads of each shard, and of the short renders that tell what work costs [default: all cores].
-    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = parse_threads)]
+    #[arg(long, value_name = "T", value_parser = parse_threads)]
     pub threads: Option<usize>,
     /// Discard another plan that the folder holds, and its shards.
     #[arg(long)]
@@ -34,7 +34,7 @@ pub struct MergeArgs {
     /// The folder of a plan and its shards.
     pub dir: PathBuf,
     /// Threads [default: all cores].
-    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = parse_threads)]
+    #[arg(long, value_name = "T", value_parser = parse_threads)]
     pub threads: Option<usize>,
     /// Replace results of another configuration, or of more replicates, that the folder holds.
     #[arg(long)]
@@ -56,7 +56,7 @@ pub struct SubmitArgs {
     #[arg(long, value_name = "ENGINE")]
     pub engine: Engine,
     /// How many shards, where there is no plan yet.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = at_least::<1>)]
+    #[arg(long, value_name = "N", value_parser = at_least::<1>)]
     pub shards: Option<u32>,
     /// Folder of plan, shards and results [default: results/EXPERIMENT].
     #[arg(long, short, value_name = "DIR")]
@@ -65,7 +65,7 @@ pub struct SubmitArgs {
     #[command(flatten)]
     pub changes: ChangeArgs,
     /// Threads of each shard [default: all cores].
-    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = parse_threads)]
+    #[arg(long, value_name = "T", value_parser = parse_threads)]
     pub threads: Option<usize>,
     /// Slurm's partition [default: the cluster's].
     #[arg(long, value_name = "NAME")]

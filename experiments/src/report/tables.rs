@@ -147,7 +147,8 @@ fn verdict_cell(m: &mut Markup, row: Option<&AgreementRow>) {
 
 /// Every comparison with all its numbers.
 pub fn agreement_in_full(m: &mut Markup, rows: &[&AgreementRow]) {
-    let caption = "Every comparison. p is not corrected for their number; blocks are counted per channel, rejected at the false discovery rate";
+    let caption = "Every comparison. p of means is not corrected for the number of comparisons; that of any block is, and blocks are told \
+                   one by one, by channel, where it is at most the false discovery rate";
     let heads = [
         "order",
         "mean of first",
@@ -155,7 +156,7 @@ pub fn agreement_in_full(m: &mut Markup, rows: &[&AgreementRow]) {
         "t",
         "p",
         "blocks rejected",
-        "smallest adjusted p",
+        "p of any block, corrected",
         "detectable bias",
         "verdict",
     ];

@@ -28,7 +28,7 @@ impl<'a> Source<'a> {
     pub fn parse(&self) -> Result<Spanned<DeTable<'a>>, SceneError> {
         DeTable::parse(self.text).map_err(|error| {
             let at = error.span().map_or(0, |span| span.start);
-            self.error(at, format!("this is not valid TOML: {}", error.message()), "write `key = value`, one to a line")
+            self.error(at, format!("this is not valid TOML: {}", error.message()), mend_of(error.message()))
         })
     }
 
@@ -49,6 +49,17 @@ impl<'a> Source<'a> {
         let line = text.lines().next().unwrap_or("").trim();
         let short: String = line.chars().take(40).collect();
         if short.len() < text.trim().len() { format!("{short}…") } else { short }
+    }
+}
+
+/// What mends a syntax error of which the parser says this.
+fn mend_of(message: &str) -> &'static str {
+    match () {
+        () if message.contains("duplicate") => "give each key once, and each table one heading",
+        () if message.contains("unclosed") || message.contains("string") => {
+            "close what is open: `[...]`, `{...}` or `\"...\"`"
+        }
+        () => "write `key = value`, one to a line",
     }
 }
 

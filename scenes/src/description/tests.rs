@@ -194,7 +194,10 @@ fn the_wrong_kind_of_value_is_named() {
     );
     expect(&format!("materials = 3\n{CAMERA}{BALL}"), "1: `materials` is `3`; it must be a table");
     expect(&base("title = "), "15: this is not valid TOML");
-    expect(&base("").replace("[camera]", "[camera"), "1: this is not valid TOML");
+    expect(&base("title 3"), "15: this is not valid TOML: key with no value, expected `=`; write `key = value`");
+    expect(&base("").replace("[camera]", "[camera"), "1: this is not valid TOML: unclosed table, expected `]`; close ");
+    expect(&base("title = \"a"), "15: this is not valid TOML: invalid basic string, expected `\"`; close ");
+    expect(&replaced("albedo = 0.7", "albedo = 0.7\nalbedo = 0.8"), "7: this is not valid TOML: duplicate key; give ");
 }
 
 #[test]
