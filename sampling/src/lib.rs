@@ -44,6 +44,7 @@
 //!   micro-facet distribution*, Computer Graphics Forum 31(4), 2012.
 //! - `[Beckmann63]` P. Beckmann, A. Spizzichino: *The scattering of electromagnetic waves from rough surfaces*,
 //!   Pergamon, 1963.
+//! - `[BhatiaDavis00]` R. Bhatia, C. Davis: *A better bound on the variance*, The American Mathematical Monthly 107(4), 2000.
 //! - `[Blinn77]` J. F. Blinn: *Models of light reflection for computer synthesized pictures*, SIGGRAPH 1977.
 //! - `[Burley12]` B. Burley: *Physically-based shading at Disney*, SIGGRAPH 2012 course notes.
 //! - `[Burley15]` B. Burley: *Extending the Disney BRDF to a BSDF with integrated subsurface scattering*,

@@ -171,8 +171,8 @@ impl Tail {
     /// `α/√k` `[Hill75]`. `None` where the tail holds too few values.
     ///
     /// The tail is made of the largest values, up to a hundredth of all, down to the lower end u of a bin: the mean of `ln(x/u)`
-    /// over them is 1/α. The mean logarithm of a bin's values is that of their root mean square less its variance, `w²/12` for a
-    /// logarithm uniform in a bin of width w.
+    /// over them is 1/α. The mean logarithm of a bin's values is r, that of their root mean square, less their variance. Between the bin's ends
+    /// a and b this is at most `(r − a)(b − r)` `[BhatiaDavis00]`, and a third of that where they are spread evenly.
     pub fn index(&self) -> Option<(f64, u64)> {
         self.indices().last()
     }
@@ -183,9 +183,10 @@ impl Tail {
         let bins = self.bins.iter().enumerate().rev().filter(|(_, bin)| bin.count > 0);
         let hill = bins.map(move |(i, bin)| {
             chosen += bin.count;
-            let width = (lower_end(i + 1) / lower_end(i)).ln();
-            logs += bin.count as f64 * (0.5 * (bin.square / bin.count as f64).ln() - width * width / 12.0);
-            (chosen as f64 / (logs - chosen as f64 * lower_end(i).ln()), chosen)
+            let [a, b] = [lower_end(i), lower_end(i + 1)].map(f64::ln);
+            let r = (0.5 * (bin.square / bin.count as f64).ln()).clamp(a, b);
+            logs += bin.count as f64 * (r - (r - a) * (b - r) / 3.0);
+            (chosen as f64 / (logs - chosen as f64 * a).max(0.0), chosen)
         });
         let most = UPPER * self.count as f64;
         hill.take_while(move |&(_, chosen)| chosen as f64 <= most).filter(|&(_, chosen)| chosen >= ENOUGH)

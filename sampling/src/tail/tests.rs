@@ -122,6 +122,22 @@ fn infinite_variances_are_found_and_finite_ones_are_not_alarmed_at() {
 }
 
 /// Of exponential values the top 10⁻⁴ begin at ln 10⁴, and hold (u² + 2u + 2)/2 · 10⁻⁴ of the second moment; the kurtosis is 9.
+/// As a walk brings them that meets a lamp by chance, after walls of a few albedos: rare, and all of the tail.
+#[test]
+fn a_few_magnitudes_have_a_variance_wherever_they_lie_in_their_bins() {
+    for place in 0..=200 {
+        let largest = 4.0 * (1.0 + 0.25 * f64::from(place) / 200.0).min(1.25_f64.next_down());
+        for fall in [1.5, 1.97, 2.0, 8.0] {
+            let mut tail = Tail::default();
+            for (power, count) in [214, 204, 300, 185].into_iter().enumerate() {
+                (0..count).for_each(|_| tail.add(largest / f64::powi(fall, power as i32)));
+            }
+            tail.add_zeros(261_241);
+            assert_eq!(tail.variance(), Variance::Finite, "{largest} {fall} {:?}", tail.index());
+        }
+    }
+}
+
 #[test]
 fn shares_and_kurtosis_of_exponential_values_are_those_of_theory() {
     let tail = Law::Exponential.sample(2_000_000, 9);
