@@ -4,8 +4,10 @@ use crate::budget::{self, Budget};
 use crate::choice::Choice;
 use crate::cli::{ImageArgs, MaxOrder, RenderArgs, print};
 use crate::error::{Error, Status};
-use crate::export::exr::{ImageMeta, write_measurement};
+use crate::export::exr::{ImageMeta, LayerSelection, write_measurement};
+use crate::export::png::{Picture, exposure_of};
 use crate::export::pyramid;
+use crate::export::tone::Exposure;
 use crate::export::write_atomically;
 use crate::live::{Display, Live};
 use crate::machine::{VERSION, require_memory};
@@ -45,17 +47,14 @@ pub fn render(args: &RenderArgs, methods: &Methods, verbosity: Verbosity, stop: 
     }
     let (measurement, status) = pool.install(|| job.run(Display { verbosity, live }, stop))?;
     let write = Instant::now();
-    write_measurement(&job.output, &measurement, &job.meta(), args.layers)?;
-    if args.layers.strategies {
-        pyramid::write(&job.pyramid(), &measurement, &format!("{} in {}", args.image.method, job.scene.name))?;
-    }
+    let exposure = job.write(&measurement, args.layers)?;
     let seconds = Seconds { render: measurement.seconds(), write: write.elapsed().as_secs_f64(), ..job.seconds };
     if let Some(path) = &args.stats {
         let statistics = Statistics::new(&measurement, job.context(pool.current_num_threads()), seconds);
         write_atomically(path, statistics.to_json().as_bytes())?;
     }
     match verbosity {
-        Verbosity::Normal => print(&job.summary(&measurement))?,
+        Verbosity::Normal => print(&job.summary(&measurement, exposure))?,
         // What became of a file is what no one asked to be quiet about.
         Verbosity::Quiet => job.scene.notes.iter().for_each(|note| tell!("note: {note}")),
     }
@@ -158,6 +157,20 @@ impl Job {
         Ok((render.finish(), Status::Done))
     }
 
+    /// Writes the image with its layers, or a picture of it: under the exposure that is returned.
+    fn write(&self, m: &Measurement, layers: LayerSelection) -> Result<Exposure, Error> {
+        if has_extension(&self.output, "png") {
+            let exposure = exposure_of(m, None).unwrap_or_default();
+            Picture::of(m, None, exposure, 1).write(&self.output)?;
+            return Ok(exposure);
+        }
+        write_measurement(&self.output, m, &self.meta(), layers)?;
+        if layers.strategies {
+            pyramid::write(&self.pyramid(), m, &format!("{} in {}", self.method.name(), self.scene.name))?;
+        }
+        Ok(Exposure::default())
+    }
+
     /// Where the sheet of strategies goes: beside the image.
     fn pyramid(&self) -> PathBuf {
         let stem = self.output.file_stem().unwrap_or_default().to_string_lossy();
@@ -194,7 +207,7 @@ impl Job {
         }
     }
 
-    fn summary(&self, m: &Measurement) -> String {
+    fn summary(&self, m: &Measurement, exposure: Exposure) -> String {
         let mut text = format!(
             "{}: {} in {}, {}x{}, {} samples per pixel in {} replicates, {:.2} s\n",
             self.output.display(),
@@ -206,6 +219,9 @@ impl Job {
             m.replicates,
             m.seconds()
         );
+        if exposure != Exposure::default() {
+            text += &format!("  shown {exposure} as bright as it is\n");
+        }
         if let Some(choice) = &self.choice {
             text += &format!("  {}\n", choice.in_words());
         }
@@ -232,19 +248,25 @@ impl Job {
 fn output_path(args: &RenderArgs, scene: &Scene) -> Result<PathBuf, Error> {
     let default = || PathBuf::from(format!("{}_{}.exr", budget::file_name(&scene.name), args.image.method));
     let output = args.output.clone().unwrap_or_else(default);
-    if output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
-        let name = if output.is_dir() { output.join("image.exr") } else { output.with_extension("exr") };
-        return Err(Error::usage(format!(
-            "{}: images are OpenEXR files; call it {}",
-            output.display(),
-            name.display()
-        )));
+    let exr = || if output.is_dir() { output.join("image.exr") } else { output.with_extension("exr") };
+    let refused = |why: &str| Err(Error::usage(format!("{}: {why} call it {}", output.display(), exr().display())));
+    if has_extension(&output, "png") {
+        let LayerSelection { orders: _, variance, strategies, groups } = args.layers;
+        if variance || strategies || groups || !args.lpe.is_empty() {
+            return refused("a .png is the image alone, without layers;");
+        }
+    } else if !has_extension(&output, "exr") {
+        return refused("images are OpenEXR files, or .png to be looked at;");
     }
     output::check_file(&output)?;
     if let Some(stats) = &args.stats {
         check_stats(stats, &output)?;
     }
     Ok(output)
+}
+
+fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
 }
 
 fn check_stats(stats: &Path, output: &Path) -> Result<(), Error> {

@@ -139,7 +139,10 @@ fn outputs_that_cannot_be_written_are_refused_before_rendering() {
     refused(&["-o", "no/such/folder/a.exr"], &["no/such/folder/a.exr", "a folder that is there"]);
     refused(&["-o", "folder.exr"], &["folder.exr", "folder"]);
     refused(&["-o", "file/a.exr"], &["file/a.exr"]);
-    refused(&["-o", "a.png"], &["a.png", "a.exr"]);
+    refused(&["-o", "a.jpg"], &["a.jpg", "call it a.exr"]);
+    for more in [["--layers", "strategies"], ["--layers", "orders,variance"], ["--lpe", "caustics=CDS+L"]] {
+        refused(&[&["-o", "a.png"][..], &more].concat(), &["a.png", "without layers", "call it a.exr"]);
+    }
     refused(&["--stats", "no/s.json"], &["no/s.json"]);
     refused(&["-o", "a.exr", "--stats", "a.exr"], &["same file"]);
     let run = ["run", "comparison", "--spp", "4000000000", "--out"];

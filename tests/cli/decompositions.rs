@@ -50,6 +50,30 @@ fn dimmed_lights_look_as_if_they_were_rendered_so() {
     close(&again, &before, "");
 }
 
+/// Lamps so dim that what is shown is not black only because it is shown brighter, as is said.
+#[test]
+fn a_picture_is_the_image_under_the_exposure_that_is_said() {
+    let folder = folder_with(&[("dim.toml", &scene([0.03; 3], [0.01, 0.02, 0.03]))]);
+    let render = |output: &str| succeed(folder.path(), &["render", "dim.toml", "--spp", "8", "-o", output]);
+    render("dim.exr");
+    let told = render("dim.PNG");
+    let factor = told.split_once("shown ×").unwrap().1.split(' ').next().unwrap().parse::<f32>().unwrap();
+    assert!(factor > 8.0 && factor.log2().fract() == 0.0, "{told}");
+    let file = std::io::BufReader::new(std::fs::File::open(folder.path().join("dim.PNG")).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut shown = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut shown).unwrap();
+    let image = read_layers(&folder.path().join("dim.exr")).unwrap();
+    let linear: Vec<f32> = image.layer("").unwrap().pixels.iter().flatten().copied().collect();
+    assert_eq!((shown.len(), linear.len()), (8 * 8 * 3, 8 * 8 * 3));
+    for (shown, x) in shown.into_iter().zip(linear) {
+        let x = (x * factor).min(1.0);
+        let srgb = if x < 0.0031308 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
+        assert!((f32::from(shown) - 255.0 * srgb).abs() < 0.51, "{shown} {x}");
+    }
+    assert!(!folder.path().join("dim_strategies.png").exists());
+}
+
 #[test]
 fn an_image_has_the_layers_that_were_asked_for() {
     let text = scene([3.0; 3], [1.0; 3]);
