@@ -21,7 +21,7 @@ use crate::subject::{DEFAULT_SPP, Subject};
 use crate::truncation::{DEFAULT_PART, Truncation};
 use integrators::composite::{self, Composite};
 use integrators::render::{self, check_window};
-use integrators::{Integrator, Measurement, Methods, Orders, PartSettings, Render, RenderSettings, Window};
+use integrators::{Integrator, Measurement, Methods, Orders, PartSettings, Render, RenderSettings, Technique, Window};
 use scenes::Scene;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -130,6 +130,12 @@ impl Job {
     /// All replicates, or those that were complete when the user asked for an end.
     fn run(&self, display: Display, stop: &Stop) -> Result<(Measurement, Status), Error> {
         let pixels = u64::from(self.window.width()) * u64::from(self.window.height());
+        if self.parts.strategies && !self.has_strategies() {
+            let name = self.method.name();
+            return Err(Error::usage(format!(
+                "{name} has no strategies to be told apart; leave `strategies` out of --layers"
+            )));
+        }
         let request = render::request(&self.scene, &*self.method, &self.settings, &self.parts)?;
         // Of strategies the tails are told.
         let request = if self.parts.strategies { request.with_fireflies() } else { request };
@@ -155,6 +161,11 @@ impl Job {
             }
         }
         Ok((render.finish(), Status::Done))
+    }
+
+    fn has_strategies(&self) -> bool {
+        let makes = |k: usize| (0..k + 2).any(|s| self.method.makes(Technique::connect(s, k + 2 - s)));
+        (0..=self.settings.orders.max_order()).any(makes)
     }
 
     /// Writes the image with its layers, or a picture of it: under the exposure that is returned.

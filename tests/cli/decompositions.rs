@@ -110,6 +110,7 @@ fn impossible_parts_are_refused_with_the_mend() {
     refused(&["render", "scene.toml", "--lpe", "x=C.*"], &["C.*", "^"]);
     refused(&["render", "scene.toml", "--lpe", "x=CL", "--lpe", "x=C.L"], &["two classes `x`"]);
     refused(&["render", "scene.toml", "--lpe", "x=C'wal'L"], &["'wal'", "did you mean 'wall'"]);
+    refused(&["render", "cornell_box", "-i", "radiosity", "--layers", "strategies"], &["radiosity has no strategies"]);
     let huge =
         ["render", "scene.toml", "-i", "bdpt", "--size", "4096x4096", "--max-order", "20", "--layers", "strategies"];
     refused(&huge, &["taken apart", "GB", "--max-order"]);
