@@ -123,7 +123,7 @@ pub fn main_with(methods: &Methods) -> ExitCode {
     }
 }
 
-/// Has `-5` taken for a value, and not for a flag that there is not, so that what is said of it is what the value should be.
+/// Has a plain number such as `-5` taken for a value, and not for a flag that there is not, so that what is said of it is what the value should be.
 fn negative_numbers_are_values(command: clap::Command) -> clap::Command {
     let command = command.mut_args(|arg| arg.allow_negative_numbers(true));
     command.mut_subcommands(negative_numbers_are_values)

@@ -21,7 +21,7 @@ use crate::subject::{DEFAULT_SPP, Subject};
 use crate::truncation::{DEFAULT_PART, Truncation};
 use integrators::composite::{self, Composite};
 use integrators::render::{self, check_window};
-use integrators::{Integrator, Measurement, Methods, Orders, PartSettings, Render, RenderSettings, Technique, Window};
+use integrators::{Integrator, Measurement, Methods, Orders, Part, PartSettings, Render, RenderSettings, Window};
 use scenes::Scene;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -29,7 +29,7 @@ use std::time::Instant;
 /// Renders and writes what was asked for.
 ///
 /// # Errors
-/// If anything asked for is impossible: found out before any ray is traced, but for a disk that fills up.
+/// If anything asked for is impossible: found out before the image is begun, but for a disk that fills up.
 pub fn render(args: &RenderArgs, methods: &Methods, verbosity: Verbosity, stop: &Stop) -> Result<Status, Error> {
     let mut job = while_loading(verbosity, || Job::prepare(args, methods))?;
     let live = args.live.as_ref().map(|address| Live::open(address.as_deref())).transpose()?;
@@ -47,14 +47,14 @@ pub fn render(args: &RenderArgs, methods: &Methods, verbosity: Verbosity, stop: 
     }
     let (measurement, status) = pool.install(|| job.run(Display { verbosity, live }, stop))?;
     let write = Instant::now();
-    let exposure = job.write(&measurement, args.layers)?;
+    let picture = job.write(&measurement, args.layers)?;
     let seconds = Seconds { render: measurement.seconds(), write: write.elapsed().as_secs_f64(), ..job.seconds };
     if let Some(path) = &args.stats {
         let statistics = Statistics::new(&measurement, job.context(pool.current_num_threads()), seconds);
         write_atomically(path, statistics.to_json().as_bytes())?;
     }
     match verbosity {
-        Verbosity::Normal => print(&job.summary(&measurement, exposure))?,
+        Verbosity::Normal => print(&job.summary(&measurement, picture))?,
         // What became of a file is what no one asked to be quiet about.
         Verbosity::Quiet => job.scene.notes.iter().for_each(|note| tell!("note: {note}")),
     }
@@ -130,13 +130,11 @@ impl Job {
     /// All replicates, or those that were complete when the user asked for an end.
     fn run(&self, display: Display, stop: &Stop) -> Result<(Measurement, Status), Error> {
         let pixels = u64::from(self.window.width()) * u64::from(self.window.height());
-        if self.parts.strategies && !self.has_strategies() {
-            let name = self.method.name();
-            return Err(Error::usage(format!(
-                "{name} has no strategies to be told apart; leave `strategies` out of --layers"
-            )));
-        }
         let request = render::request(&self.scene, &*self.method, &self.settings, &self.parts)?;
+        if self.parts.strategies && !request.parts().list().iter().any(Part::is_strategy) {
+            let message = "has no strategies to be told apart in these orders; leave `strategies` out of --layers";
+            return Err(Error::usage(format!("{} {message}", self.method.name())));
+        }
         // Of strategies the tails are told.
         let request = if self.parts.strategies { request.with_fireflies() } else { request };
         let layers = request.film_layers() as u64;
@@ -163,23 +161,18 @@ impl Job {
         Ok((render.finish(), Status::Done))
     }
 
-    fn has_strategies(&self) -> bool {
-        let makes = |k: usize| (0..k + 2).any(|s| self.method.makes(Technique::connect(s, k + 2 - s)));
-        (0..=self.settings.orders.max_order()).any(makes)
-    }
-
-    /// Writes the image with its layers, or a picture of it: under the exposure that is returned.
-    fn write(&self, m: &Measurement, layers: LayerSelection) -> Result<Exposure, Error> {
+    /// Writes the image with its layers, or a picture of it, whose exposure is returned.
+    fn write(&self, m: &Measurement, layers: LayerSelection) -> Result<Option<Exposure>, Error> {
         if has_extension(&self.output, "png") {
             let exposure = exposure_of(m, None).unwrap_or_default();
             Picture::of(m, None, exposure, 1).write(&self.output)?;
-            return Ok(exposure);
+            return Ok(Some(exposure));
         }
         write_measurement(&self.output, m, &self.meta(), layers)?;
         if layers.strategies {
             pyramid::write(&self.pyramid(), m, &format!("{} in {}", self.method.name(), self.scene.name))?;
         }
-        Ok(Exposure::default())
+        Ok(None)
     }
 
     /// Where the sheet of strategies goes: beside the image.
@@ -218,7 +211,7 @@ impl Job {
         }
     }
 
-    fn summary(&self, m: &Measurement, exposure: Exposure) -> String {
+    fn summary(&self, m: &Measurement, picture: Option<Exposure>) -> String {
         let mut text = format!(
             "{}: {} in {}, {}x{}, {} samples per pixel in {} replicates, {:.2} s\n",
             self.output.display(),
@@ -230,8 +223,8 @@ impl Job {
             m.replicates,
             m.seconds()
         );
-        if exposure != Exposure::default() {
-            text += &format!("  shown {exposure} as bright as it is\n");
+        if let Some(exposure) = picture {
+            text += &format!("  shown at {exposure} its brightness\n");
         }
         if let Some(choice) = &self.choice {
             text += &format!("  {}\n", choice.in_words());

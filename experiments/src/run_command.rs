@@ -263,7 +263,7 @@ pub(crate) fn write_all(folder: &mut Folder, result: &ExperimentResult) -> Resul
         };
         let image = scene_folder.join(format!("{}.exr", method.label));
         write_measurement(&image, &method.measurement, &meta, LayerSelection::ALL)?;
-        if method.measurement.parts.iter().any(|part| matches!(part, Part::Strategy { .. })) {
+        if method.measurement.parts.iter().any(Part::is_strategy) {
             let sheet = scene_folder.join(format!("{}_strategies.png", method.label));
             pyramid::write(&sheet, &method.measurement, &format!("{} in {}", method.label, method.scene))?;
         }

@@ -73,6 +73,11 @@ pub enum Part {
 }
 
 impl Part {
+    /// Whether it is a strategy's.
+    pub fn is_strategy(&self) -> bool {
+        matches!(self, Part::Strategy { .. })
+    }
+
     /// The name of its layer in image files: `s02_t03`, `s02_t03_raw`, `s02_t03_weight`, `merged_order02`,
     /// `group_key`, `group_key_order02`,
     /// `lpe_caustics`.

@@ -171,8 +171,9 @@ impl Tail {
     /// `α/√k` `[Hill75]`. `None` where the tail holds too few values.
     ///
     /// The tail is made of the largest values, up to a hundredth of all, down to the lower end u of a bin: the mean of `ln(x/u)`
-    /// over them is 1/α. The mean logarithm of a bin's values is r, that of their root mean square, less their variance. Between the bin's ends
-    /// a and b this is at most `(r − a)(b − r)` `[BhatiaDavis00]`, and a third of that where they are spread evenly.
+    /// over them is 1/α. The mean logarithm m of a bin's values is r, that of their root mean square, less their variance. Between the bin's ends a
+    /// and b this is at most `(m − a)(b − m)` `[BhatiaDavis00]`, and a third of that where they are spread evenly; r, which is hardly more than m,
+    /// stands for it. Infinite if all of the tail is one value at a bin's lower end.
     pub fn index(&self) -> Option<(f64, u64)> {
         self.indices().last()
     }

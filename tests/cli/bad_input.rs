@@ -48,6 +48,10 @@ fn impossible_values_are_refused_with_the_mend() {
     refused(&["render", "furnace", "--replicates", "0"], &["--replicates", "from 1 to"]);
     refused(&["render", "furnace", "--layers", "variance", "--replicates", "1"], &["--replicates 2"]);
     refused(&["render", "furnace", "--seed", "-1"], &["--seed", "from 0 to"]);
+    refused(&["render", "furnace", "--tail", "-1"], &["invalid value '-1'", "--tail"]);
+    refused(&["render", "-5"], &["there is no scene `-5`"]);
+    refused(&["spectrum", "furnace", "--accuracy", "-1"], &["invalid value '-1'", "--accuracy"]);
+    refused(&["bench", "leaks", "--rays", "-1"], &["invalid value '-1'", "--rays"]);
     refused(&["render", "furnace", "--spp", "10"], &["4 replicates", "8 or 12 samples"]);
     refused(&["render", "furnace", "--size", "0x8"], &["--size", "at least 1"]);
     refused(&["render", "furnace", "--size", "8"], &["--size", "256x256"]);

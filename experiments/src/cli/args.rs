@@ -155,8 +155,9 @@ pub struct RenderArgs {
     /// A layer for the paths of a light-path expression, such as caustics='CDS+L' (see `neumann lpe`).
     #[arg(long, value_name = "NAME=EXPR", value_parser = parts::class)]
     pub lpe: Vec<PathClass>,
-    /// The image file, or OUT.png for a picture of the image alone, under an exposure that is said [default: SCENE_METHOD.exr].
-    #[arg(long, short, value_name = "OUT.exr")]
+    /// The image file; a .png is a picture of the image alone, without layers, those of orders included, under an exposure that is
+    /// said unless --quiet [default: SCENE_METHOD.exr].
+    #[arg(long, short, value_name = "OUT.exr|OUT.png")]
     pub output: Option<PathBuf>,
     /// Write means, variances, counters and times as JSON.
     #[arg(long, value_name = "OUT.json")]

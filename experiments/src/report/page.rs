@@ -247,7 +247,7 @@ fn scene_section(
 }
 
 fn has_strategies(method: &MethodResult) -> bool {
-    method.measurement.parts.iter().any(|part| matches!(part, Part::Strategy { .. }))
+    method.measurement.parts.iter().any(Part::is_strategy)
 }
 
 /// What scrolls by itself where the page is narrow.

@@ -121,7 +121,6 @@ fn infinite_variances_are_found_and_finite_ones_are_not_alarmed_at() {
     }
 }
 
-/// Of exponential values the top 10⁻⁴ begin at ln 10⁴, and hold (u² + 2u + 2)/2 · 10⁻⁴ of the second moment; the kurtosis is 9.
 /// As a walk brings them that meets a lamp by chance, after walls of a few albedos: rare, and all of the tail.
 #[test]
 fn a_few_magnitudes_have_a_variance_wherever_they_lie_in_their_bins() {
@@ -138,6 +137,7 @@ fn a_few_magnitudes_have_a_variance_wherever_they_lie_in_their_bins() {
     }
 }
 
+/// Of exponential values the top 10⁻⁴ begin at ln 10⁴, and hold (u² + 2u + 2)/2 · 10⁻⁴ of the second moment; the kurtosis is 9.
 #[test]
 fn shares_and_kurtosis_of_exponential_values_are_those_of_theory() {
     let tail = Law::Exponential.sample(2_000_000, 9);

@@ -54,11 +54,11 @@ impl<'a> Source<'a> {
 
 /// What mends a syntax error of which the parser says this.
 fn mend_of(message: &str) -> &'static str {
+    let is_open = message.starts_with("unclosed") || message.starts_with("invalid") && message.contains("string");
     match () {
         () if message.contains("duplicate") => "give each key once, and each table one heading",
-        () if message.contains("unclosed") || message.contains("string") => {
-            "close what is open: `[...]`, `{...}` or `\"...\"`"
-        }
+        () if message.contains("must be quoted") => "write text in quotes: `key = \"text\"`",
+        () if is_open => "close what is open: `[...]`, `{...}` or `\"...\"`",
         () => "write `key = value`, one to a line",
     }
 }

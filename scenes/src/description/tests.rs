@@ -196,6 +196,10 @@ fn the_wrong_kind_of_value_is_named() {
     expect(&base("title = "), "15: this is not valid TOML");
     expect(&base("title 3"), "15: this is not valid TOML: key with no value, expected `=`; write `key = value`");
     expect(&base("").replace("[camera]", "[camera"), "1: this is not valid TOML: unclosed table, expected `]`; close ");
+    expect(
+        &base("title = abc"),
+        "15: this is not valid TOML: string values must be quoted, expected literal string; write text in quotes: ",
+    );
     expect(&base("title = \"a"), "15: this is not valid TOML: invalid basic string, expected `\"`; close ");
     expect(&replaced("albedo = 0.7", "albedo = 0.7\nalbedo = 0.8"), "7: this is not valid TOML: duplicate key; give ");
 }
