@@ -86,7 +86,7 @@ fn weighted_strategies_add_up_to_every_order() {
     let coherent = ["coherent", "coherent_bdpt"].map(|name| (name, json!({"roulette": "none"})));
     for (name, with) in methods().into_iter().chain(merging).chain([guided]).chain(coherent) {
         let m = render(&furnished([true, true]), (name, with), &parts, (4, 2)).unwrap();
-        assert!(m.parts.iter().any(|part| matches!(part, Part::Strategy { .. })));
+        assert!(m.parts.iter().any(Part::is_strategy));
         for order in (0..=MAX_ORDER).filter(|&order| m.layer_of_order(order).is_some()) {
             let of_order = |part: &Part| match *part {
                 Part::Strategy { s, t, quantity: Quantity::Weighted } => s + t - 2 == order,

@@ -15,14 +15,13 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// If the scene cannot be read as it is translated, or a mesh or an image would replace a file that this command did not write.
 pub fn convert(args: &ConvertArgs) -> Result<Status, Error> {
-    let has_ending = |path: &Path, ending: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
     let source = Path::new(&args.scene);
-    if has_ending(source, "toml") || scenes::builtin_names().contains(&args.scene.as_str()) {
+    if output::has_ending(source, "toml") || scenes::builtin_names().contains(&args.scene.as_str()) {
         let message =
             format!("{}: this is a scene file already; give a .xml, .pbrt, .gltf, .glb or .obj file", args.scene);
         return Err(Error::usage(message));
     }
-    if !has_ending(&args.output, "toml") {
+    if !output::has_ending(&args.output, "toml") {
         let name = args.output.with_extension("toml");
         let message = format!("{}: scene files are TOML; call it {}", args.output.display(), name.display());
         return Err(Error::usage(message));

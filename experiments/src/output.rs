@@ -17,6 +17,11 @@ const UNFINISHED: &str = ".partial";
 /// The folder of files that are complete and on their way.
 const COMPLETE: &str = ".neumann-complete";
 
+/// Whether a file's name ends so, in capitals or not.
+pub fn has_ending(path: &Path, ending: &str) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending))
+}
+
 /// Checks that a file can be written at `path`; nothing there is changed.
 ///
 /// # Errors

@@ -30,7 +30,7 @@
 //! | `rays_closest`, `rays_shadow`, `camera_paths`, `light_paths`, `connections`, `bsdf_samples`, `invalid` | counts |
 //! | `seconds` | wall time of transport \[s\] |
 //! | `agreement_t`, `agreement_p`, `agreement_detectable_bias` | two methods and samplers, `A vs B`, compared by their image means |
-//! | `kurtosis`, `tail_index`, `top_share` | of what single samples bring: kurtosis, Hill's index of the tail (the variance is infinite for 2 and less; `inf` if all of it is one value), the part of the mean square that the largest 0.01 % hold |
+//! | `kurtosis`, `tail_index`, `top_share` | of what single samples bring: kurtosis, Hill's index of the tail (the variance is infinite for 2 and less; it may be `inf` itself if all of it is one value), the part of the mean square that the largest 0.01 % hold |
 //! | `largest` | the largest single contribution, mean of channels \[W/(m²·sr)\] |
 //! | `agreement_blocks`, `agreement_rejected`, `agreement_smallest_p` | and by their blocks: tested, different, adjusted p |
 

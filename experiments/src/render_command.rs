@@ -163,7 +163,7 @@ impl Job {
 
     /// Writes the image with its layers, or a picture of it, whose exposure is returned.
     fn write(&self, m: &Measurement, layers: LayerSelection) -> Result<Option<Exposure>, Error> {
-        if has_extension(&self.output, "png") {
+        if output::has_ending(&self.output, "png") {
             let exposure = exposure_of(m, None).unwrap_or_default();
             Picture::of(m, None, exposure, 1).write(&self.output)?;
             return Ok(Some(exposure));
@@ -254,12 +254,12 @@ fn output_path(args: &RenderArgs, scene: &Scene) -> Result<PathBuf, Error> {
     let output = args.output.clone().unwrap_or_else(default);
     let exr = || if output.is_dir() { output.join("image.exr") } else { output.with_extension("exr") };
     let refused = |why: &str| Err(Error::usage(format!("{}: {why} call it {}", output.display(), exr().display())));
-    if has_extension(&output, "png") {
+    if output::has_ending(&output, "png") {
         let LayerSelection { orders: _, variance, strategies, groups } = args.layers;
         if variance || strategies || groups || !args.lpe.is_empty() {
             return refused("a .png is the image alone, without layers;");
         }
-    } else if !has_extension(&output, "exr") {
+    } else if !output::has_ending(&output, "exr") {
         return refused("images are OpenEXR files, or .png to be looked at;");
     }
     output::check_file(&output)?;
@@ -267,10 +267,6 @@ fn output_path(args: &RenderArgs, scene: &Scene) -> Result<PathBuf, Error> {
         check_stats(stats, &output)?;
     }
     Ok(output)
-}
-
-fn has_extension(path: &Path, extension: &str) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
 }
 
 fn check_stats(stats: &Path, output: &Path) -> Result<(), Error> {

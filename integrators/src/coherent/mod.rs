@@ -97,8 +97,7 @@ impl<S: Settings> Integrator for Sharing<S> {
     }
 
     fn unsupported_request(&self, request: &Request) -> Option<String> {
-        let apart = |part: &Part| matches!(part, Part::Strategy { .. });
-        if self.settings.own().is_some() && request.parts().list().iter().any(apart) {
+        if self.settings.own().is_some() && request.parts().list().iter().any(Part::is_strategy) {
             return Some("its samples have other strategies by turns; set own_samples=bdpt to tell them apart".into());
         }
         self.settings.walks().unsupported_request(request)
